@@ -12,27 +12,30 @@ PLAN = CalibrationPlan(
         ),
         'lift': FreeConstant(('gait.lift',), (0.01, 0.03), 'invented'),
     },
-    (
-        WantedLimit('walk', 5.5, 5.9),
-        WantedLimit('walk', 8.9, 9.2, ka=12.0),
-        WantedLimit('walk', 9.3, 9.3, ka=15.0, use='held back'),
-    ),
-    (WantedWalk(0.0, cycles=20),),
+    (WantedLimit('walk', 5.9), WantedLimit('walk', 9.2, ka=12.0)),
+    walks=(WantedWalk(0.0, cycles=20),),
 )
-TITLES = [row.condition.title for row in PLAN.fitted]
+TITLES = [row.title for row in PLAN.limits]
 
 
-def robot(sway=0.025, board=0.2, lift=0.02, complete=True, walk_cost=0.0):
+def robot(sway=0.025, board=0.2, lift=0.02, complete=True, lasted=1.0):
     """Return a robot; sway decides its limits, lift nothing."""
     base = 5.9 + 200.0 * (sway - 0.025)
-    found = Candidate(
+    return measured(
         {'sway': sway, 'board': board, 'lift': lift},
-        {TITLES[0]: [base], TITLES[1]: [base + 3.3 + 5.0 * (board - 0.2)]},
-        {PLAN.walks[0].title: [walk_cost]},
+        {
+            TITLES[0]: [base],
+            TITLES[1]: [base + 3.3 + 5.0 * (board - 0.2)],
+            PLAN.walks[0].title: [lasted],
+        },
+        complete,
     )
-    return Candidate(
-        found.constants, found.limits, found.walks, cost_of(PLAN, found), complete, runs=7
-    )
+
+
+def measured(constants, values, complete=True):
+    """Return a robot with these values by row."""
+    found = Candidate(constants, {'mujoco': values})
+    return Candidate(constants, found.values, cost_of(PLAN, found, 'mujoco'), complete, runs=7)
 
 
 def measure(task):

@@ -10,10 +10,12 @@ import khr_studies.third_stage.study as third_stage
 from khr_bringup import offline
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common.errors import KhrError
+from khr_studies.calibration import trial_robot
 from khr_studies.calibration.ensemble import fails_on_level_ground
-from khr_studies.calibration.objective import ENDS, FALL, Candidate, Task, measure_robot, walk_cost
+from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit, WantedWalk
+from khr_studies.calibration.trial_robot import ENDS, TrialRobot
 from khr_studies.engines import study as engines
 from khr_studies.measuring import bench, critical
 from khr_studies.measuring.bench import share_up
@@ -39,8 +41,8 @@ SLICK = Condition(
     'walk', 12.0, changes=((('simulator', 'friction'), 0.08), (('gait', 'cycles'), 3))
 )
 SCENARIO = SLICK.scenario(PHI, 0)
-WALK = WantedWalk(0.0, slip_mm=(0.0, 1e6))
-PLAN = CalibrationPlan({}, (WantedLimit('walk', 7.0, 7.0),), (WALK,))
+WALK = WantedWalk(0.0)
+PLAN = CalibrationPlan({}, (WantedLimit('walk', 7.0),), walks=(WALK,))
 SWEEP = parse_sweep(
     f'scenario: walk_6.99deg_ka12\nbisect: {INCLINATION}\n'
     f'grid:\n  {INCLINATION}: [5.0, 6.0, 7.0]\n  {GAIN}: [12.0]\n',
@@ -74,7 +76,7 @@ def asked(slide, monkeypatch):
             watch(*instant)
         return result
 
-    for module in (offline, critical, tuning, engines):
+    for module in (offline, critical, trial_robot, tuning, engines):
         monkeypatch.setattr(module, 'run_offline', again)
     trial = next(iter(SWEEP.trials('v')))
     monkeypatch.setattr('khr_sweeps.trial.code_version', lambda: 'v')
@@ -103,11 +105,12 @@ def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):
-    robot = measure_robot(Task(PLAN, {}, ('bullet',), 1, prune_above=1e9))
-    assert robot.limit(PLAN.fitted[0].condition.title) == ENDS[0]
-    cost = walk_cost(WALK, slide[0].outcome)
-    assert cost == FALL
-    assert fails_on_level_ground(PLAN, Candidate({}, walks={WALK.title: [cost]}))
+    robot = measure_robot(Task(PLAN, {}, ('bullet',), (0,), prune_above=1e9))
+    assert robot.value(PLAN.limits[0].title) == ENDS[0]
+    walked = TrialRobot((), 0.4).walk(WALK.condition, 0.0, 0)
+    assert walked.lasted < 1.0
+    values = {'bullet': {WALK.title: [walked.lasted]}}
+    assert fails_on_level_ground(PLAN, Candidate({}, values))
     tried = tuning.attempt(SCENARIO)
     assert not tried['stayed_up']
 

@@ -16,9 +16,9 @@ class GaitParameters:
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
     and 24 to 31 mm at touchdown, the hips 118 mm above the ankles, and a torso pitch of -2 to
     7 deg. The paths between these values are our own. The positions of the centre of mass are
-    fitted together with constants of servos, ground and controllers (docs/calibration.md), for the
-    walk within the maker's range. ``heel_off`` and the arms are assumed; the hips are 3 mm lower,
-    otherwise the rear leg is too short.
+    fitted together with constants of servos, ground and controllers
+    (docs/calibration_leaning.md), for the walk within the maker's range. ``heel_off`` and the arms
+    are assumed; the hips are 3 mm lower, otherwise the rear leg is too short.
     """
 
     motion: str = parameter('walk', 'Motion to play back.', choices=('stand', 'walk', 'leg_lift'))

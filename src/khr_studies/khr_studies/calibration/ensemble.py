@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from khr_studies.calibration.objective import FALL, Candidate, row_costs
+from khr_studies.calibration.objective import Candidate, worst_misses
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.measuring.ensemble_file import Member
@@ -50,9 +50,9 @@ class Ensemble:
         """Return a constant of all members."""
         return np.array([robot.constants[name] for robot in self.robots])
 
-    def limits(self, title: str) -> Array:
-        """Return a limit of all members, deg; NaN where it was not measured."""
-        return np.array([robot.limit(title) for robot in self.robots])
+    def measured(self, title: str) -> Array:
+        """Return the mean value of a row of all members; NaN where it was not measured."""
+        return np.array([robot.value(title) for robot in self.robots])
 
 
 def ensemble(
@@ -85,7 +85,7 @@ def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
                 f'{node}.{key}': value if isinstance(value, str) else float(str(value))
                 for (node, key), value in plan.changes(robot.constants)
             },
-            {title: round(robot.limit(title), 3) for title in robot.limits},
+            {row.title: round(robot.value(row.title), 3) for row in plan.limits},
         )
         for robot in found.robots
     ]
@@ -93,10 +93,7 @@ def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
 
 def missed_rows(plan: CalibrationPlan, robot: Candidate) -> list[str]:
     """Return the titles of the rows that a candidate misses by more than their tolerance."""
-    weights = {row.condition.title: row.weight for row in plan.fitted}
-    weights |= {row.title: row.weight for row in plan.differences}
-    weights |= {row.title: row.weight for row in plan.walks}
-    return [title for title, cost in row_costs(plan, robot).items() if cost / weights[title] > 1.0]
+    return [title for title, miss in worst_misses(plan, robot).items() if miss > 1.0]
 
 
 @dataclass(frozen=True)
@@ -136,18 +133,36 @@ def merit(plan: CalibrationPlan, robot: Candidate) -> tuple[int, float]:
 
 def fails_on_level_ground(plan: CalibrationPlan, robot: Candidate) -> bool:
     """Return whether a candidate did not stay up on level ground with any of the seeds."""
-    level = [row.title for row in plan.walks if row.inclination_deg == 0.0]
-    return any(cost >= FALL for title in level for cost in robot.walks.get(title, ()))
+    level = {row.title for row in plan.walks if row.inclination_deg == 0.0}
+    return any(worst_misses(plan, robot).get(title, 0.0) > 0.0 for title in level)
 
 
 def worst_miss(plan: CalibrationPlan, robot: Candidate) -> float:
-    """Return the largest miss of a fitted limit on any engine, in tolerances of its row."""
-    limits = [*robot.engines.values()] or [{title: robot.limit(title) for title in robot.limits}]
-    return max(
-        abs(known[row.condition.title] - row.thesis_deg) / row.tolerance_deg
-        for known in limits
-        for row in plan.fitted
-    )
+    """Return the largest miss of a limit on any engine, in tolerances of its row."""
+    known = worst_misses(plan, robot)
+    return max(known[row.title] for row in plan.limits)
+
+
+def pareto_set(plan: CalibrationPlan, robots: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Return the robots of which none is at least as good in limits and in mechanism.
+
+    The cost of the limits and the cost of all other rows are the two aims; the robot with the best
+    limits comes first.
+    """
+    limits = {row.title for row in plan.limits}
+
+    def aims(robot: Candidate) -> tuple[float, float]:
+        known = worst_misses(plan, robot)
+        of_limits = sum(miss**2 for title, miss in known.items() if title in limits)
+        return of_limits, sum(miss**2 for miss in known.values()) - of_limits
+
+    found: list[Candidate] = []
+    least = np.inf
+    for robot in sorted((one for one in robots if one.complete), key=aims):
+        if (mechanism := aims(robot)[1]) < least:
+            found.append(robot)
+            least = mechanism
+    return tuple(found)
 
 
 def diverse(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> list[Candidate]:
@@ -196,8 +211,8 @@ def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:
 
 
 def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:
-    """Return pairs of fitted walks: without control, and with control."""
-    walks = [row for row in plan.fitted if row.motion == 'walk']
+    """Return pairs of walking limits: without control, and with control."""
+    walks = [row for row in plan.limits if row.motion == 'walk']
     return [
         (without, controlled)
         for without in walks
@@ -210,7 +225,7 @@ def frontier(
     robots: Sequence[Candidate], without: WantedLimit, controlled: WantedLimit
 ) -> tuple[Array, Array]:
     """Return the limits without and with control of all candidates that have both, deg, (n,)."""
-    titles = without.condition.title, controlled.condition.title
-    pairs = np.array([[robot.limit(title) for title in titles] for robot in robots])
+    titles = without.title, controlled.title
+    pairs = np.array([[robot.value(title) for title in titles] for robot in robots])
     known = pairs[~np.isnan(pairs).any(axis=1)]
     return known[:, 0], known[:, 1]

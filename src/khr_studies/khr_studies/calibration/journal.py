@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import inspect
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,9 +20,10 @@ from pydantic import TypeAdapter
 
 from khr_bringup.offline import run_offline
 from khr_common.errors import KhrError
-from khr_studies.calibration import objective
+from khr_studies.calibration import objective, rows, trial_robot
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
+from khr_studies.measuring import loop_response
 from khr_studies.measuring.condition import Condition, with_engine
 from khr_sweeps.results.store import OtherResultsError, Store
 
@@ -81,13 +83,16 @@ class Journal:
 
 def cost_digest() -> str:
     """Return a digest of the code of the cost, without its comments and docstrings."""
-    tree = ast.parse(Path(objective.__file__).read_text(encoding='utf-8'))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
-            node
-        ):
-            node.body = node.body[1:]
-    return hashlib.sha256(ast.unparse(tree).encode()).hexdigest()[:16]
+    digest = hashlib.sha256()
+    for module in (objective, rows, trial_robot, loop_response):
+        tree = ast.parse(inspect.getsource(module))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
+                node
+            ):
+                node.body = node.body[1:]
+        digest.update(ast.unparse(tree).encode())
+    return digest.hexdigest()[:16]
 
 
 def physics_digest(plan: CalibrationPlan, engine: str) -> str:

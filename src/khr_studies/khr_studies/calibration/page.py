@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees
 from pathlib import Path
 
 import numpy as np
 
-from khr_balance.board_units import VOLTS_PER_RATE, rate_gain
 from khr_bringup.node_registry import table_of as table_of_node
 from khr_common import specifications
 from khr_common.files import write_text
@@ -24,17 +22,21 @@ from khr_studies.calibration.ensemble import (
     missed_rows,
 )
 from khr_studies.calibration.figure import correlation_figure, frontier_figure
-from khr_studies.calibration.objective import FALL, Candidate
+from khr_studies.calibration.objective import Candidate, misses
 from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.result import Calibration, Constant, fixed_constants, parameter_file
-from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT
+from khr_studies.calibration.rows import (
+    LOST,
+    Row,
+    WantedLimit,
+    WantedLine,
+    WantedMargin,
+    WantedRatio,
+    WantedSupport,
+    WantedWalk,
+)
+from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS
 from khr_studies.measuring.json_file import write_json
-
-KIND_WORDS = {
-    'none': 'no offset',
-    'before': 'offset before the amplifier',
-    'behind': 'offset behind the amplifier',
-}
 
 
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
@@ -68,7 +70,6 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {f'{node}.{key}' for (node, key), _ in plan.changes(constants)}
-    offset = constants.get('reference_offset', 0.0)
     cheapest = min(found.robots, key=lambda robot: robot.cost)
     return page_text(
         __name__,
@@ -79,75 +80,97 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         enough=enough,
         least=LEAST,
         open=OPEN,
-        rows=_limit_rows(calibration),
+        rows=_robots_table(calibration, [found.best]),
+        spread=_spread_rows(calibration),
         free=_constant_rows(calibration, enough),
         gaps=_gaps(calibration),
         missed=missed_rows(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=missed_rows(plan, cheapest),
-        kinds=_kinds_table(calibration),
+        pareto=_robots_table(calibration, calibration.pareto),
         resisting=_conflicts(calibration.resisting),
-        steady=LEAN_AT[1],
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
-        offset=offset,
-        offset_mv=abs(1e3 * VOLTS_PER_RATE * offset),
-        leans=[degrees(-rate_gain(gain) * offset) for gain in (12.0, 18.0)],
         others=table_of([_fixed(one) for one in fixed_constants() if one.name not in moved]),
     )
 
 
-def _kinds_table(calibration: Calibration) -> str:
-    """Return the best robot with each kind of offset beside the thesis, on each engine."""
-    plan, kinds = calibration.plan, calibration.kinds
-    engines = [*kinds[0].engines] or ['']
-    columns = [(robot, engine) for robot in kinds for engine in engines]
-
-    def limit(robot: Candidate, engine: str, title: str) -> str:
-        known = robot.engines.get(engine)
-        return f'{known[title] if known else robot.limit(title):.2f}'
-
-    wanted = [(row.condition.title, f'{row.thesis_deg:g}') for row in plan.fitted]
+def _robots_table(calibration: Calibration, robots: Sequence[Candidate]) -> str:
+    """Return every row of some robots: its value on each engine, in bold beyond the tolerance."""
+    plan = calibration.plan
+    columns = [
+        (number, robot, engine)
+        for number, robot in enumerate(robots, 1)
+        for engine in robot.engines
+    ]
+    missed = {
+        (number, engine): {
+            title for title, miss in misses(plan, robot, engine).items() if miss > 1.0
+        }
+        for number, robot, engine in columns
+    }
     lines = [
-        (title, thesis, *(limit(robot, engine, title) for robot, engine in columns))
-        for title, thesis in wanted
+        (
+            row.title,
+            _wanted(row),
+            *(
+                _cell(row, robot.value(row.title, engine), row.title in missed[number, engine])
+                for number, robot, engine in columns
+            ),
+        )
+        for row in plan.rows
     ]
+    counts = [
+        f'{len(missed[number, engine])} of {len(plan.rows)}' for number, _, engine in columns
+    ]
+    lines.append(('rows missed', '', *counts))
     lines += [
-        (row.title, 'walks', *(_walked(robot.walks.get(row.title, [])) for robot, _ in columns))
-        for row in plan.walks
+        (f'`{name}`', '', *(f'{robot.constants[name]:g}' for _, robot, _ in columns))
+        for name in plan.constants
     ]
-    lines.append(('cost', '', *(f'{robot.cost:.1f}' for robot, _ in columns)))
-    lines.append(
-        ('cannot do', '', *(', '.join(missed_rows(plan, robot)) or '-' for robot, _ in columns))
+    return table(
+        ['row', 'wanted', *(f'{number}, {engine}' for number, _, engine in columns)], lines
     )
-    heads = [
-        ', '.join(filter(None, (KIND_WORDS[plan.kind(robot.constants)], engine)))
-        for robot, engine in columns
-    ]
-    return table(['row', 'thesis', *heads], lines)
 
 
-def _walked(costs: Sequence[float]) -> str:
-    return f'{sum(cost < FALL for cost in costs)} of {len(costs)}'
+def _wanted(row: Row) -> str:
+    match row:
+        case WantedMargin(range=(low, high)):
+            return f'{low:g} to {high:g}'
+        case WantedLimit():
+            return f'{row.thesis_deg:g} deg'
+        case WantedRatio():
+            return f'at least {row.ratio:g}'
+        case WantedLine():
+            return 'at least 1'
+        case WantedSupport():
+            return f'at most {row.share:g}'
+        case _:
+            return 'stays up'
 
 
-def _limit_rows(calibration: Calibration) -> str:
-    """Return a table of the limits that were measured."""
+def _cell(row: Row, value: float, missed: bool) -> str:
+    if isinstance(row, WantedWalk):
+        text = 'stays up' if value == 1.0 else f'falls after {value:.0%}'
+    else:
+        text = 'lost' if value == LOST else f'{value:.2f}'
+    return f'**{text}**' if missed else text
+
+
+def _spread_rows(calibration: Calibration) -> str:
+    """Return a table of the limits over the ensemble."""
     rows = []
     for wanted in calibration.plan.limits:
-        values = calibration.found.limits(wanted.condition.title)
-        known = values[~np.isnan(values)].tolist()  # the best robot first
-        if known:
-            row = {
-                'condition': wanted.condition.title,
-                'use': wanted.use,
+        values = calibration.found.measured(wanted.title).tolist()  # the best robot first
+        rows.append(
+            {
+                'condition': wanted.title,
                 'thesis, deg': f'{wanted.thesis_deg:g}',
-                'aim': f'{wanted.aim:g}',
-                'best, deg': f'{known[0]:.2f}',
-                'difference': f'{known[0] - wanted.thesis_deg:+.2f}',
-                'lowest': f'{min(known):.2f}',
-                'highest': f'{max(known):.2f}',
+                'best, deg': f'{values[0]:.2f}',
+                'difference': f'{values[0] - wanted.thesis_deg:+.2f}',
+                'lowest': f'{min(values):.2f}',
+                'highest': f'{max(values):.2f}',
             }
-            rows.append(row)
+        )
     return table_of(rows)
 
 
@@ -186,12 +209,12 @@ def _conflicts(rows: Sequence[RowInConflict]) -> str:
 
 def _gaps(calibration: Calibration) -> list[tuple[str, float, float, float, float]]:
     """Return the gain of control: condition, thesis, chosen robot, lowest and highest, deg."""
-    limits = calibration.found.limits
+    limits = calibration.found.measured
     found: list[tuple[str, float, float, float, float]] = []
     for without, row in gains(calibration.plan):
-        gap = limits(row.condition.title) - limits(without.condition.title)
+        gap = limits(row.title) - limits(without.title)
         thesis = row.thesis_deg - without.thesis_deg
-        found += [(row.condition.title, thesis, gap[0], np.nanmin(gap), np.nanmax(gap))]
+        found += [(row.title, thesis, gap[0], np.nanmin(gap), np.nanmax(gap))]
     return found
 
 

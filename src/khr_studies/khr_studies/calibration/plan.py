@@ -23,9 +23,12 @@ from khr_common.text.quoting import named, one_line, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_studies.calibration.rows import (
     STRICT,
-    Positive,
-    WantedDifference,
+    Row,
     WantedLimit,
+    WantedLine,
+    WantedMargin,
+    WantedRatio,
+    WantedSupport,
     WantedWalk,
 )
 from khr_studies.measuring.condition import Changes
@@ -33,8 +36,6 @@ from khr_studies.measuring.condition import Changes
 SHIPPED_PLAN = CONFIG / 'calibration.yaml'
 DIGITS = 4  # significant digits of a constant
 Origin = Literal['free', 'published', 'derived']
-Kind = Literal['none', 'before', 'behind']  # of the offset: before or behind the amplifier
-KINDS: tuple[Kind, ...] = ('none', 'before', 'behind')
 
 
 @checked(frozen=True, config=STRICT)
@@ -48,8 +49,7 @@ class FreeConstant:
         origin: ``free`` if it is not published; otherwise the origin of ``value``.
         value: published or derived range of its value.
         logarithmic: whether equal ratios are equal steps.
-        offset: place of an offset; the search of this kind moves it, in all others it is 0.
-        costs_one_at: value with a quadratic penalty of 1; None for no penalty.
+        whole: whether it is a whole number.
     """
 
     parameters: tuple[str, ...]
@@ -58,8 +58,7 @@ class FreeConstant:
     origin: Origin = 'free'
     value: tuple[float, float] | None = None
     logarithmic: bool = False
-    offset: Literal['before', 'behind'] | None = None
-    costs_one_at: Positive | None = None
+    whole: bool = False
 
     def at(self, share: float) -> float:
         """Return the value at a share of the range, 0 to 1, rounded."""
@@ -68,7 +67,8 @@ class FreeConstant:
             value = exp(log(low) + share * (log(high) - log(low)))
         else:
             value = low + share * (high - low)
-        return float(f'{min(max(value, low), high):.{DIGITS}g}')
+        value = min(max(value, low), high)
+        return float(round(value)) if self.whole else float(f'{value:.{DIGITS}g}')
 
     def share(self, value: float) -> float:
         """Return the share of the range at a value, 0 to 1."""
@@ -94,64 +94,53 @@ class CalibrationPlan:
 
     Attributes:
         constants: by name.
-        limits, walks: the rows; rows that prune bad candidates come first.
-        differences: rows of differences of the limits.
+        margins, walks, ratios, lines, limits, supports: the rows, in the order in which they are
+            measured: cheap ones prune bad candidates.
         settings: parameters of all candidates that differ from the defaults, by ``node.key``.
-        placed: candidates that were placed by hand in an earlier search, for the record; each has
-            every constant.
+        placed: candidates of the first generation that were found in earlier trials; each has every
+            constant.
     """
 
     constants: dict[str, FreeConstant]
     limits: tuple[WantedLimit, ...]
+    margins: tuple[WantedMargin, ...] = ()
     walks: tuple[WantedWalk, ...] = ()
-    differences: tuple[WantedDifference, ...] = ()
+    ratios: tuple[WantedRatio, ...] = ()
+    lines: tuple[WantedLine, ...] = ()
+    supports: tuple[WantedSupport, ...] = ()
     settings: dict[str, Any] = Field(default_factory=dict)
     placed: tuple[dict[str, float], ...] = ()
+    history: str = ''
 
     @property
-    def fitted(self) -> tuple[WantedLimit, ...]:
-        """Return the limits that the search uses."""
-        return tuple(row for row in self.limits if row.use == 'fitted')
+    def rows(self) -> tuple[Row, ...]:
+        """Return all rows in the order of their measurement."""
+        return (
+            *self.margins,
+            *self.walks,
+            *self.ratios,
+            *self.lines,
+            *self.limits,
+            *self.supports,
+        )
 
     def changes(self, constants: Mapping[str, float]) -> Changes:
         """Return the parameter changes of a candidate: fixed settings and searched constants."""
         return (
             *((_parameter(parameter), value) for parameter, value in self.settings.items()),
             *(
-                (_parameter(parameter), value)
+                (_parameter(parameter), int(value) if self.constants[name].whole else value)
                 for name, value in constants.items()
                 for parameter in self.constants[name].parameters
             ),
         )
 
     @property
-    def kinds(self) -> tuple[Kind, ...]:
-        """Return the kinds of offset; each has its own search."""
-        known = {constant.offset for constant in self.constants.values()}
-        return tuple(kind for kind in KINDS if kind == 'none' or kind in known)
-
-    def constants_of(self, kind: Kind) -> dict[str, FreeConstant]:
-        """Return the constants that the search of a kind of offset moves."""
-        return {
-            name: constant
-            for name, constant in self.constants.items()
-            if constant.offset in (None, kind)
-        }
-
-    def kind(self, constants: Mapping[str, float]) -> Kind:
-        """Return the kind of offset of a candidate."""
-        for name, value in constants.items():
-            where = self.constants[name].offset
-            if where and value:
-                return where
-        return 'none'
-
-    @property
     def digest(self) -> str:
-        """Return a digest of the whole plan."""
-        text = json.dumps(
-            TypeAdapter(CalibrationPlan).dump_python(self, mode='json'), sort_keys=True
-        )
+        """Return a digest of all that determines a measurement: rows, ranges and settings."""
+        plan = TypeAdapter(CalibrationPlan).dump_python(self, mode='json')
+        del plan['placed'], plan['history']
+        text = json.dumps(plan, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -168,25 +157,21 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
         first = error.errors()[0]
         place = '.'.join(named(part) for part in first['loc']) or 'the file'
         raise KhrError(
-            f'{path}: {place}: {first["msg"]}; accepted: constants, limits and walks as in the '
+            f'{path}: {place}: {first["msg"]}; accepted: constants and rows as in the '
             'shipped config/calibration.yaml'
         ) from error
-    if not plan.constants or not plan.fitted:
-        raise KhrError(f'{path}: accepted: at least one constant and one fitted limit')
+    if not plan.constants or not plan.limits:
+        raise KhrError(f'{path}: accepted: at least one constant and one limit')
     for number, candidate in enumerate(plan.placed):
         if set(candidate) != set(plan.constants):
             raise KhrError(
                 f'{path}: placed.{number}: {one_line(", ".join(candidate))} are not accepted; '
                 f'accepted: {", ".join(plan.constants)}'
             )
-    titles = [row.condition.title for row in plan.fitted]
-    for number, row in enumerate(plan.differences):
-        for title in (row.above, row.below):
-            if title not in titles:
-                raise KhrError(
-                    f'{path}: differences.{number}: {quoted(title)} is not accepted; '
-                    f'accepted: {" | ".join(titles)}'
-                )
+    titles = [row.title for row in plan.rows]
+    for title in titles:
+        if titles.count(title) > 1:
+            raise KhrError(f'{path}: {quoted(title)} is there twice; accepted: each row once')
     for parameter, value in plan.settings.items():
         _check_parameter(f'{path}: settings', parameter, value)
     for name, constant in plan.constants.items():
@@ -202,7 +187,7 @@ def _check_constant(place: str, constant: FreeConstant) -> None:
         raise KhrError(f'{place}: range: {constant.range} is not accepted; accepted: > 0')
     for parameter in constant.parameters:
         for value in constant.range:
-            _check_parameter(place, parameter, value)
+            _check_parameter(place, parameter, int(value) if constant.whole else value)
 
 
 def _check_parameter(place: str, parameter: str, value: Any) -> None:

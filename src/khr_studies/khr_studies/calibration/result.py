@@ -1,7 +1,6 @@
 """The result of a calibration as data, and the sources of the constants that are not searched.
 
-The defaults of the parameter tables are the constants of the best robot; nothing is fitted per
-scenario.
+The constants of the best robot are a parameter file; nothing is fitted per scenario.
 """
 
 from __future__ import annotations
@@ -17,19 +16,6 @@ from khr_studies.calibration.plan import CalibrationPlan
 
 
 @dataclass(frozen=True)
-class ConstantLean:
-    """The constant part of the ankle's correction in a walk.
-
-    Attributes:
-        deg: mean of the correction.
-        share: of the mean in the mean square of the correction.
-    """
-
-    deg: float
-    share: float
-
-
-@dataclass(frozen=True)
 class Calibration:
     """The result of ``khr calibrate``.
 
@@ -38,9 +24,8 @@ class Calibration:
         engine, seed, seeds: of the search.
         runs: their number.
         found: the ensemble.
-        lean: of the best robot with K_A 12 at 8.88 deg; None if it was not measured.
         searched: number of candidates of the search.
-        kinds: the best robot with each kind of offset.
+        pareto: robots of which none is better in limits and in mechanism.
         resisting: the rows that the best robot misses.
     """
 
@@ -50,9 +35,8 @@ class Calibration:
     seeds: int
     runs: int
     found: Ensemble
-    lean: ConstantLean | None = None
     searched: int = 0
-    kinds: tuple[Candidate, ...] = ()
+    pareto: tuple[Candidate, ...] = ()
     resisting: tuple[RowInConflict, ...] = ()
 
     @property
@@ -88,6 +72,6 @@ def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
     for (node, key), value in plan.changes(robot.constants):
         nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
     return (
-        '# The fitted constants, written by khr calibrate; the defaults of the parameter '
-        'tables hold them.\n' + yaml.safe_dump(nodes, sort_keys=False)
+        '# The robot that stands by its loops: constants written by khr calibrate.\n'
+        + yaml.safe_dump(nodes, sort_keys=False)
     )

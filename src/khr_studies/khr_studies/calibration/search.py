@@ -1,7 +1,7 @@
 """Search the free constants of a plan by CMA-ES, on many processes, over their whole ranges.
 
-Each kind of offset has its own search. A search starts with candidates spread over the ranges and
-continues from the best of them. Bad candidates are pruned after their first rows.
+The search starts with candidates spread over the ranges and continues from the best of them. Bad
+candidates are pruned after their first rows.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from time import monotonic
 from typing import Any
 
@@ -22,12 +21,12 @@ from khr_common.checks import integer
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.calibration.journal import SEARCH, Journal, cost_digest, physics_digest, ranked
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
-from khr_studies.calibration.plan import CalibrationPlan, Kind
+from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
-PRUNE_ABOVE = 60.0  # largest cost of a complete candidate, until enough are complete
-FIRST = 4  # populations spread over the ranges, for each kind of offset
+PRUNE_ABOVE = 100.0  # largest cost of a complete candidate, until enough are complete
+FIRST = 4  # populations spread over the ranges
 SPREAD = 0.2  # standard deviation of the first generation of CMA-ES, in shares of the ranges
 
 
@@ -41,7 +40,7 @@ class Search:
         seed: of the optimiser.
         seeds: of each measurement.
         population: candidates of a generation.
-        candidates: their least number, over all kinds of offset.
+        candidates: their least number.
 
     Raises:
         KhrError: if a value is not accepted.
@@ -74,25 +73,28 @@ class Search:
             'physics': [physics_digest(self.plan, engine) for engine in self.engines],
         }
 
+    def seeds_of(self, generation: int) -> tuple[int, ...]:
+        """Return the seeds of a generation, from 1; they move on from one to the next."""
+        return tuple(range(generation - 1, generation - 1 + self.seeds))
+
     @property
     def engines(self) -> tuple[str, ...]:
         """Return all physics engines, the engine of the search first."""
         return (self.engine, *(other for other in LIBRARIES if other != self.engine))
 
 
-class KindSearch:
-    """The search of one kind of offset: it proposes generations and receives their costs.
+class Proposals:
+    """The candidates of a search: it proposes generations and receives their costs.
 
     Attributes:
-        kind: of offset.
         prune_above: cost above which a candidate of the next generation is pruned.
+        generation: number of the last one, from 1.
     """
 
-    def __init__(self, search: Search, kind: Kind) -> None:
-        self.kind, self.prune_above = kind, PRUNE_ABOVE
-        self._search, self._searched = search, search.plan.constants_of(kind)
-        self._wanted = search.candidates // len(search.plan.kinds)
-        self._asked = self._restart = self.generation = 0
+    def __init__(self, search: Search) -> None:
+        self.prune_above, self.generation = PRUNE_ABOVE, 0
+        self._search = search
+        self._asked = self._restart = 0
         self._optimiser: Any = None
         self._shares: list[Any] = []
         self._best: tuple[float, Any] | None = None
@@ -101,7 +103,7 @@ class KindSearch:
     @property
     def is_over(self) -> bool:
         """Return whether it has proposed its share of the candidates."""
-        return self._asked >= self._wanted
+        return self._asked >= self._search.candidates
 
     @property
     def spread(self) -> float:
@@ -111,7 +113,7 @@ class KindSearch:
     def ask(self) -> list[dict[str, float]]:
         """Return the constants of the candidates of the next generation."""
         if self._best is None:
-            self._shares = self._latin_hypercube()
+            self._shares = [*self._placed(), *self._latin_hypercube()]
         else:
             if self._optimiser is None or self._optimiser.stop():
                 self._optimiser = self._new_optimiser()
@@ -139,10 +141,16 @@ class KindSearch:
         if len(self._complete) >= parents:
             self.prune_above = min(PRUNE_ABOVE, self._complete[parents - 1])
 
+    def _placed(self) -> list[Any]:
+        constants = self._search.plan.constants
+        return [
+            np.array([constant.share(one[name]) for name, constant in constants.items()])
+            for one in self._search.plan.placed
+        ]
+
     def _latin_hypercube(self) -> list[Any]:
-        sampler = qmc.LatinHypercube(
-            len(self._searched), rng=np.random.default_rng(self._search.seed)
-        )
+        number = len(self._search.plan.constants)
+        sampler = qmc.LatinHypercube(number, rng=np.random.default_rng(self._search.seed))
         return list(sampler.random(FIRST * self._search.population))
 
     def _new_optimiser(self) -> Any:
@@ -153,10 +161,10 @@ class KindSearch:
         return evolution(np.clip(self._best[1], 0.02, 0.98), SPREAD, seed, population)
 
     def _constants(self, shares: Sequence[float]) -> dict[str, float]:
-        found = dict(zip(self._searched, shares, strict=True))
+        constants = self._search.plan.constants
         return {
-            name: constant.at(float(found[name])) if name in found else 0.0
-            for name, constant in self._search.plan.constants.items()
+            name: constant.at(float(share))
+            for (name, constant), share in zip(constants.items(), shares, strict=True)
         }
 
 
@@ -219,35 +227,30 @@ def run_search(search: Search, measurement: Measurement) -> list[Candidate]:
     Raises:
         RunError: if a worker fails.
     """
-    kinds = [KindSearch(search, kind) for kind in search.plan.kinds]
-    journal = measurement.journal
-    while going := [kind for kind in kinds if not kind.is_over]:
+    proposals, journal = Proposals(search), measurement.journal
+    while not proposals.is_over:
         known = len(journal.candidates())
-        asked = [
-            [
-                Task(search.plan, constants, (search.engine,), search.seeds, kind.prune_above)
-                for constants in kind.ask()
-            ]
-            for kind in going
+        generation = proposals.ask()
+        tasks = [
+            Task(
+                search.plan,
+                constants,
+                (search.engine,),
+                search.seeds_of(proposals.generation),
+                proposals.prune_above,
+            )
+            for constants in generation
         ]
-        # The generations of all kinds at once: workers wait only for the last candidate of all.
-        robots = iter(measurement.measure([task for tasks in asked for task in tasks]))
-        for kind, tasks in zip(going, asked, strict=True):
-            kind.tell([*islice(robots, len(tasks))])
+        proposals.tell(measurement.measure(tasks))
         if len(journal.candidates()) > known:
-            for kind in going:
-                measurement.report(_best_text(search, kind, journal.candidates()))
+            measurement.report(_best_text(search, proposals, journal.candidates()))
     return journal.candidates()
 
 
-def _best_text(search: Search, kind: KindSearch, robots: Sequence[Candidate]) -> str:
-    own = [robot for robot in robots if search.plan.kind(robot.constants) == kind.kind]
-    best = min(own, key=lambda robot: (not robot.complete, robot.cost))
-    limits = ', '.join(
-        f'{engine} {" ".join(f"{limit:.2f}" for limit in known.values())}'
-        for engine, known in best.engines.items()
-    )
+def _best_text(search: Search, proposals: Proposals, robots: Sequence[Candidate]) -> str:
+    best = min(robots, key=lambda robot: (not robot.complete, robot.cost))
+    limits = ' '.join(f'{best.value(row.title):.2f}' for row in search.plan.limits)
     return (
-        f'offset {kind.kind}, generation {kind.generation}, spread {kind.spread:.3f}: '
+        f'generation {proposals.generation}, spread {proposals.spread:.3f}: '
         f'best {best.cost:.2f} with {limits} deg'
     )

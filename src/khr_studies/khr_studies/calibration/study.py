@@ -7,28 +7,21 @@ seeds on both engines. The cost of a candidate is then its cost on the worse eng
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 
-import numpy as np
-
-from khr_bringup.recorded.run_signals import run_with_series
 from khr_common import RunError
 from khr_common.checks import integer
-from khr_studies.calibration.ensemble import ensemble, merit, rows_in_conflict
+from khr_studies.calibration.ensemble import ensemble, pareto_set, rows_in_conflict
 from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
-from khr_studies.calibration.plan import CalibrationPlan
-from khr_studies.calibration.result import Calibration, ConstantLean
+from khr_studies.calibration.result import Calibration
 from khr_studies.calibration.search import Measurement, Search, run_search
-from khr_studies.measuring.condition import Condition
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
 
 CONFIRM_SEEDS, CONFIRM_DEG = 3, 0.2  # of the second stage: seeds, tolerance of a bisection
 CONFIRMED = 'confirmed'  # name of the second stage in the journal
-LEAN_AT = Condition('walk', 12.0), 8.88  # deg, walk whose constant lean is measured
 
 
 def calibrate(
@@ -57,34 +50,19 @@ def calibrate(
         # Workers finish in any order; of candidates with equal costs the first is the best.
         robots = sorted(run_search(search, measurement), key=lambda robot: str(robot.constants))
         confirmed = confirm(search, robots, best, measurement)
-    found = calibration_of(search, robots, confirmed)
-    return replace(found, lean=constant_lean(search.plan, found.best)), robots
+    return calibration_of(search, robots, confirmed), robots
 
 
 def confirm(
     search: Search, robots: Sequence[Candidate], count: int, measurement: Measurement
 ) -> list[Candidate]:
     """Measure the best candidates again: on both engines, finer, and with more seeds."""
+    seeds = tuple(range(CONFIRM_SEEDS))
     tasks = [
-        Task(search.plan, robot.constants, search.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
-        for robot in best_of_kinds(search.plan, ranked(robots), count)
+        Task(search.plan, robot.constants, search.engines, seeds, inf, CONFIRM_DEG)
+        for robot in ranked(robots)[:count]
     ]
     return measurement.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
-
-
-def best_of_kinds(
-    plan: CalibrationPlan, robots: Sequence[Candidate], count: int
-) -> list[Candidate]:
-    """Choose the best of ranked candidates; each kind of offset has a share of one half of them."""
-    share = count // 2 // len(plan.kinds)
-    of_kinds = [
-        robot
-        for kind in plan.kinds
-        for robot in [each for each in robots if plan.kind(each.constants) == kind][:share]
-    ]
-    others = [robot for robot in robots if robot not in of_kinds]
-    chosen = [*of_kinds, *others[: count - len(of_kinds)]]
-    return sorted(chosen, key=lambda robot: robot.cost)
 
 
 def calibration_of(
@@ -101,8 +79,6 @@ def calibration_of(
         raise RunError(
             f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
         )
-    by_merit = sorted(ranked(confirmed or robots), key=lambda robot: merit(plan, robot))
-    of_kinds = {plan.kind(robot.constants): robot for robot in reversed(by_merit)}
     return Calibration(
         plan,
         search.engine,
@@ -111,15 +87,6 @@ def calibration_of(
         sum(robot.runs for robot in (*robots, *confirmed)),
         found,
         searched=len(robots),
-        kinds=tuple(of_kinds[kind] for kind in plan.kinds if kind in of_kinds),
+        pareto=pareto_set(plan, confirmed or robots),
         resisting=rows_in_conflict(plan, found.best, robots),
     )
-
-
-def constant_lean(plan: CalibrationPlan, robot: Candidate) -> ConstantLean:
-    """Measure the constant part of the ankle's correction, in a walk with K_A 12."""
-    condition, phi = LEAN_AT
-    scenario = condition.scenario(phi, 0).changed(dict(plan.changes(robot.constants)))
-    _, series = run_with_series(scenario)
-    values = np.degrees(series.correction_of('ankle'))
-    return ConstantLean(float(values.mean()), float(values.mean() ** 2 / (values**2).mean()))

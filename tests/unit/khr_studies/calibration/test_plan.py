@@ -8,35 +8,35 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_bringup.node_registry import table_of
+from khr_bringup.scenario.robots import constants_of
 from khr_common import KhrError, RunError, check, specifications
-from khr_studies.calibration import objective as calibration_objective
-from khr_studies.calibration.objective import (
-    ENDS,
-    FALL,
-    Candidate,
-    Task,
-    limit_near,
-    measure_robot,
-    row_costs,
-    walk_cost,
-)
+from khr_studies.calibration import trial_robot
+from khr_studies.calibration.objective import Task, measure_robot
 from khr_studies.calibration.plan import FreeConstant, read_plan
 from khr_studies.calibration.result import fixed_constants
-from khr_studies.calibration.rows import WantedDifference
+from khr_studies.calibration.rows import (
+    LOST,
+    WantedLimit,
+    WantedLine,
+    WantedMargin,
+    WantedRatio,
+    WantedSupport,
+    WantedWalk,
+)
+from khr_studies.calibration.trial_robot import ENDS, MeasuredWalk, TrialRobot, limit_near
+from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.thesis_values import LIMITS
 from tests import ROOT
 from tests.fakes.benches import full_outcome
-from tests.fakes.robots import PLAN, TITLES, robot
+from tests.fakes.robots import PLAN, TITLES
 
 
-def test_shipped_plan_moves_parameters_within_their_ranges_and_knows_no_row_twice():
+def test_shipped_plan_moves_parameters_within_their_ranges():
     plan = read_plan()
     for constant in plan.constants.values():
         assert len({check_default(name) for name in constant.parameters}) == 1, 'one default'
-    titles = [row.condition.title for row in plan.limits]
-    assert len(titles) == len(set(titles))
     assert not {fixed.name for fixed in fixed_constants() if fixed.kind == 'published'} & {
         name
         for constant in plan.constants.values()
@@ -61,7 +61,8 @@ def check_default(name):
         (lambda d: d['limits'][0].update(motion='fly'), 'motion'),
         (lambda d: d.update(limits=[]), 'at least one'),
         (lambda d: d.update(placed=[{'com_lifted': 0.01}]), 'placed.0'),
-        (lambda d: d['differences'][0].update(above='walk, K_A 99'), 'differences.0.*K_A 99'),
+        (lambda d: d['limits'].append(dict(d['limits'][0])), 'there twice'),
+        (lambda d: d['ratios'][0].update(quantity='slip'), 'ratios.0.quantity'),
         (lambda d: d['settings'].update({'gait.stride': 9.0}), 'settings: gait.stride'),
     ],
 )
@@ -99,12 +100,11 @@ def test_limit_is_found_within_its_tolerance_wherever_its_search_begins(
 def test_search_of_a_limit_begins_at_no_number_of_the_thesis(monkeypatch):
     tried = []
     for thesis_deg in (2.0, 9.0):
-        first = replace(PLAN.limits[0], thesis_deg=thesis_deg, aim_deg=None)
-        plan = replace(PLAN, limits=(first, *PLAN.limits[1:]))
+        first = replace(PLAN.limits[0], thesis_deg=thesis_deg)
         runs = invented(lambda *_: 6.0, monkeypatch)
-        measure_robot(replace(TASK, plan=plan))
+        measure_robot(replace(TASK, plan=replace(PLAN, limits=(first,), walks=())))
         tried.append([phi for _, phi, _ in runs])
-    assert tried[0][1] == pytest.approx(START, abs=0.05), 'after the walk on level ground'
+    assert tried[0][0] == pytest.approx(START, abs=0.05)
     assert tried[0] == tried[1]
 
 
@@ -117,21 +117,25 @@ def invented(limits, monkeypatch):
     """Let every run be survived up to a limit by condition; count the runs."""
     runs = []
 
-    def run(condition, phi, seed):
+    def run(condition, phi, seed, watch=None):
         runs.append((condition, phi, seed))
         verdict = 'walked' if phi < limits(condition, seed) else 'fell'
         return full_outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
 
-    monkeypatch.setattr(calibration_objective, 'run_condition', run)
+    def walk(condition, phi, seed):
+        return MeasuredWalk(1.0 if run(condition, phi, seed).stayed_up else 0.1)
+
+    monkeypatch.setattr(trial_robot, 'run_condition', run)
+    monkeypatch.setattr(trial_robot, '_measure_walk', walk)
     return runs
 
 
 DEFAULTS = {name: check_default(each.parameters[0]) for name, each in PLAN.constants.items()}
-TASK = Task(PLAN, DEFAULTS, ('mujoco',), 2, 1e9, 0.1)
+TASK = Task(PLAN, DEFAULTS, ('mujoco',), (0, 1), 1e9, 0.1)
 
 
 def test_robot_on_its_aims_costs_nothing_and_one_off_them_what_it_misses(monkeypatch):
-    aims = {row.condition.ankle_gain: row.aim for row in PLAN.fitted}
+    aims = {row.ka: row.thesis_deg for row in PLAN.limits}
     runs = invented(lambda condition, _: aims[condition.ankle_gain], monkeypatch)
     found = measure_robot(TASK)
     assert found.complete and found.cost < 0.1 and found.runs == len(runs)
@@ -143,7 +147,7 @@ def test_robot_on_its_aims_costs_nothing_and_one_off_them_what_it_misses(monkeyp
 def test_bad_robot_is_pruned_and_still_costs_more_than_a_better_one(monkeypatch):
     runs = invented(lambda *_: -1.0, monkeypatch)
     found = measure_robot(replace(TASK, prune_above=3.0))
-    assert not found.complete and not found.limits and len(runs) == 1, 'it cannot walk'
+    assert not found.complete and len(runs) == 1, 'it cannot walk'
     invented(lambda *_: 4.0, monkeypatch)
     better = measure_robot(replace(TASK, prune_above=3.0))
     assert not better.complete and 3.0 < better.cost < found.cost
@@ -155,26 +159,23 @@ def test_robot_is_measured_on_the_second_engine_if_the_first_has_hope_and_costs_
     def measured(prune_above, quick, other):
         engines = []
 
-        def run(condition, phi, _):
-            changes = dict(condition.changes)
-            engine = changes['simulator', 'engine']
+        def limit(condition, _):
+            engine = dict(condition.changes)['simulator', 'engine']
             engines.append(engine)
-            limit = (quick if engine == 'mujoco' else other)[condition.ankle_gain > 0.0]
-            verdict = 'walked' if phi < limit else 'fell'
-            return full_outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
+            return (quick if engine == 'mujoco' else other)[condition.ankle_gain > 0.0]
 
-        monkeypatch.setattr(calibration_objective, 'run_condition', run)
+        invented(limit, monkeypatch)
         both = replace(TASK, engines=('mujoco', 'bullet'), prune_above=prune_above)
         return measure_robot(both), engines
 
-    aims, bad = [row.aim for row in PLAN.fitted], [1.0, 1.0]
+    aims, bad = [row.thesis_deg for row in PLAN.limits], [1.0, 1.0]
     pruned, on = measured(1.0, bad, aims)
     assert set(on) == {'mujoco'} and not pruned.complete
     found, on = measured(1e9, aims, bad)
     assert set(on) == {'mujoco', 'bullet'} and found.complete
     same = pytest.approx(found.cost, abs=1.0)
     assert measured(1e9, bad, aims)[0].cost == same != measured(1e9, aims, aims)[0].cost
-    assert found.engines['mujoco'][TITLES[0]] > 2.0 > found.engines['bullet'][TITLES[0]]
+    assert found.value(TITLES[0], 'mujoco') > 2.0 > found.value(TITLES[0], 'bullet')
     _, on = measured(1e9, aims, aims)
     assert on.count('bullet') < on.count('mujoco'), 'its searches begin at the limits of the first'
 
@@ -184,47 +185,68 @@ def test_robot_that_cannot_be_computed_has_fallen(monkeypatch, error):
     def unstable(*_):
         raise error
 
-    monkeypatch.setattr(calibration_objective, 'run_condition', unstable)
+    monkeypatch.setattr(trial_robot, 'run_condition', unstable)
+    monkeypatch.setattr(trial_robot, '_measure_walk', unstable)
     found = measure_robot(TASK)
-    assert found.complete and found.limit(TITLES[1]) == ENDS[0]
-    assert all(cost > FALL for cost in found.walks[PLAN.walks[0].title])
+    assert found.complete and found.value(TITLES[1]) == ENDS[0]
+    assert found.value(PLAN.walks[0].title) == 0.0
 
 
-def test_cost_of_a_walk_grows_the_earlier_it_falls_and_the_further_it_slips_from_its_range():
-    row = replace(PLAN.walks[0], slip_mm=(14.0, 56.0))
-    fallen = [walk_cost(row, full_outcome('fell')._replace(fell_at=at)) for at in (2.0, 20.0)]
-    assert fallen[0] > fallen[1] >= FALL
-    slipped = [walk_cost(row, full_outcome(slip=mm / 1e3)) for mm in (0.0, 10.0, 14.0, 56.0, 57.0)]
-    assert slipped[0] > slipped[1] > slipped[2] == slipped[3] == 0.0 and slipped[4] == FALL
+FLAT, STEEP = WantedWalk(0.0), WantedWalk(5.0, ka=12.0)
 
 
-def test_difference_of_limits_is_a_row():
-    wanted = WantedDifference(TITLES[1], TITLES[0], 3.3, 0.5)
-    plan = replace(PLAN, differences=(wanted,))
-    assert row_costs(plan, robot())[wanted.title] == pytest.approx(0.0)
-    assert row_costs(plan, robot(board=0.3))[wanted.title] == pytest.approx(1.0)
-    assert wanted.title not in row_costs(plan, Candidate({}, {TITLES[0]: [5.0]}))
+@pytest.mark.parametrize(
+    ('row', 'met', 'missed'),
+    [
+        (WantedMargin('ankle', 'gain', (18.0, 24.0), 2.0), [18.0, 24.0], [12.0, 14.0]),
+        (WantedMargin('hip', 'frequency', (7.6, 9.2), 0.5), [8.0], [LOST]),
+        (WantedLimit('walk', 5.55, tolerance_deg=0.7), [5.6, 5.5], [6.6, 4.5]),
+        (WantedWalk(0.0), [1.0, 1.0], [1.0, 0.9]),
+        (WantedRatio('vibration', STEEP, FLAT, 1.05, 1.2), [1.05, 1.4], [0.8, 0.8]),
+        (WantedRatio('rate', STEEP, FLAT), [2.0], [LOST]),
+        (WantedLine(FLAT, 4), [1.0], [0.7]),
+        (WantedSupport(), [0.0, 0.05], [0.5]),
+    ],
+)
+def test_row_misses_nothing_within_its_range_and_more_than_a_tolerance_far_from_it(
+    row, met, missed
+):
+    assert row.miss(met) < 0.2 and row.miss(missed) > 1.0
 
 
-def differences(fitted):
-    """List the constants of a parameter file that differ from the defaults, in words."""
-    return [
-        f'{node}.{key}: fitted {value}, the default is {check_default(f"{node}.{key}")}'
+def test_earlier_fall_is_a_larger_miss_and_every_fall_larger_than_a_tolerance():
+    early, late = FLAT.miss([0.1]), FLAT.miss([0.99])
+    assert early > late > 1.0
+
+
+@pytest.mark.slow
+def test_rows_measure_the_default_robot_on_the_quick_engine():
+    """One robot, real runs: fast ones only. Equal runs are computed once."""
+    robot = TrialRobot(((('simulator', 'engine'), 'mujoco'),), 0.8)
+    walk = robot.walk(STEEP.condition, 5.0, 0)
+    assert walk.lasted == 1.0 and 0.0 < walk.vibration < 0.5 and walk.lines[0] < 1e-9
+    assert walk.rate**2 == pytest.approx((walk.lines**2).sum() / 2.0, rel=0.05), 'Parseval'
+    assert WantedRatio('rate', FLAT, STEEP).measure(robot, 0) > 0.0
+    assert robot.runs == 2
+    assert WantedSupport().measure(robot, 0) <= 0.5
+    assert robot.walk(Condition('walk'), 13.0, 0).lasted < 1.0
+
+
+def test_robot_feedback_has_the_fitted_constants_and_leaning_the_defaults():
+    fitted = yaml.safe_load((ROOT / 'docs' / 'calibration.yaml').read_text())
+    assert constants_of('feedback') == {
+        (node, key): value
         for node, body in fitted.items()
         for key, value in body['ros__parameters'].items()
-        if check_default(f'{node}.{key}') != value
-    ]
-
-
-def test_defaults_are_the_fitted_constants():
-    fitted = yaml.safe_load((ROOT / 'docs' / 'calibration.yaml').read_text())
-    assert differences(fitted) == []
+    }
+    for (node, key), value in constants_of('leaning').items():
+        assert check_default(f'{node}.{key}') == value
 
 
 def test_the_scoreboard_calls_fitted_what_the_plan_has():
     plan = read_plan()
     assert {row.condition: row.thesis_deg for row in LIMITS if row.fitted} == {
-        row.condition: row.thesis_deg for row in plan.fitted
+        row.condition: row.thesis_deg for row in plan.limits
     }
 
 

@@ -13,18 +13,19 @@ from khr_studies.calibration.ensemble import (
     ensemble,
     ensemble_members,
     missed_rows,
+    pareto_set,
     worst_miss,
 )
 from khr_studies.calibration.journal import Journal, physics_digest
-from khr_studies.calibration.objective import FALL, Candidate, combine, cost_of
+from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.result import Calibration
-from khr_studies.calibration.search import KindSearch, Measurement, Search, run_search
-from khr_studies.calibration.study import best_of_kinds, calibration_of, confirm, constant_lean
+from khr_studies.calibration.search import Measurement, Proposals, Search, run_search
+from khr_studies.calibration.study import calibration_of, confirm
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
-from tests.fakes.robots import PLAN, TITLES, measure, robot
+from tests.fakes.robots import PLAN, TITLES, measure, measured, robot
 
 SEARCH = Search(PLAN, 'mujoco', 0, 1, 6, 30)
 
@@ -61,42 +62,24 @@ def test_search_finds_what_the_rows_want_from_anywhere_in_the_ranges(tmp_path, h
     assert best.constants['sway'] == pytest.approx(0.025, abs=0.001)
 
 
-OFFSETS = {
-    'reference': FreeConstant(
-        ('ankle_controller.reference_offset',), (-1.0, 0.0), '', offset='before', costs_one_at=0.5
-    ),
-    'lean': FreeConstant(
-        ('ankle_controller.lean_deg',), (0.0, 5.0), '', offset='behind', costs_one_at=2.0
-    ),
-}
-KINDS = replace(PLAN, constants={'sway': PLAN.constants['sway'], **OFFSETS})
+def test_placed_candidates_are_in_the_first_generation(tmp_path, here):
+    placed = {'sway': 0.0125, 'board': 0.2, 'lift': 0.02}
+    plan = replace(PLAN, placed=(placed,))
+    first = Proposals(replace(SEARCH, plan=plan)).ask()
+    assert first[0] == pytest.approx(placed, rel=1e-3) and len(first) == 1 + 4 * SEARCH.population
 
 
-def test_each_kind_of_offset_is_searched_by_itself_and_its_size_costs(tmp_path, here, monkeypatch):
-    monkeypatch.setattr(
-        calibration_search, 'measure_robot', lambda task: of_kind(**task.constants)
-    )
-    robots = searched(tmp_path / 'journal', replace(SEARCH, plan=KINDS, candidates=60))
-    kinds = {
-        kind: [one for one in robots if KINDS.kind(one.constants) == kind]
-        for kind in ('none', 'before', 'behind')
-    }
-    assert all(len(some) >= 20 for some in kinds.values())
-    for kind, names in (('none', ()), ('before', ('reference',)), ('behind', ('lean',))):
-        for one in kinds[kind]:
-            assert {name for name in OFFSETS if one.constants[name]} == set(names)
-    leaning = replace(of_kind(), constants=of_kind(lean=2.0).constants)
-    assert cost_of(KINDS, leaning) == pytest.approx(1.0 + cost_of(KINDS, of_kind()))
-    chosen = best_of_kinds(KINDS, sorted(robots, key=lambda one: one.cost), 6)
-    assert {KINDS.kind(one.constants) for one in chosen} == {'none', 'before', 'behind'}
+def test_whole_constant_takes_whole_numbers_of_its_range():
+    constant = FreeConstant(('hip_controller.rate_delay',), (1.0, 3.0), '', whole=True)
+    assert {constant.at(share) for share in np.linspace(0.0, 1.0, 50)} == {1.0, 2.0, 3.0}
+    plan = replace(PLAN, constants={'delay': constant})
+    ((_, value),) = plan.changes({'delay': 2.0})
+    assert type(value) is int
 
 
-def of_kind(sway=0.025, reference=0.0, lean=0.0):
-    """Return a robot that an offset makes worse."""
-    found = robot(sway + 0.001 * (lean - reference))
-    constants = {'sway': sway, 'reference': reference, 'lean': lean}
-    found = replace(found, constants=constants)
-    return replace(found, cost=cost_of(KINDS, found))
+def test_generations_are_measured_with_other_seeds(tmp_path, here):
+    searched(tmp_path / 'journal', replace(SEARCH, seeds=2, candidates=40))
+    assert {task.seeds for task in here[:24]} == {(0, 1)} != {here[-1].seeds}
 
 
 def test_search_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path, here):
@@ -145,24 +128,23 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
         again = confirm(SEARCH, robots, 3, Measurement(book, None))
         assert len(book.candidates('confirmed')) == 3
     assert [task.engines for task in here] == [('mujoco', 'bullet')] * 3, 'and not twice'
-    assert {(task.seeds, task.prune_above) for task in here} == {(3, float('inf'))}
+    assert {(task.seeds, task.prune_above) for task in here} == {((0, 1, 2), float('inf'))}
     assert again == found and len(found) == 3
     better, worse = robot(0.025), robot(0.027)
-    both = combine({'bullet': better, 'mujoco': replace(worse, constants=better.constants)})
-    assert both.cost == worse.cost > better.cost
-    assert both.limit(TITLES[0]) == pytest.approx(6.1)
-    assert worst_miss(PLAN, both) == worst_miss(PLAN, worse)
+    both = replace(better, values={**worse.values, 'bullet': better.values['mujoco']})
+    assert both.value(TITLES[0]) == pytest.approx(6.1)
+    assert worst_miss(PLAN, both) == worst_miss(PLAN, worse) > worst_miss(PLAN, better)
 
 
 def test_a_candidate_is_pruned_above_the_parents_of_the_next_generation():
-    kind = KindSearch(SEARCH, 'none')
-    number = len(kind.ask())
-    before = kind.prune_above
+    proposals = Proposals(SEARCH)
+    number = len(proposals.ask())
+    before = proposals.prune_above
     pruned = [Candidate({}, cost=float(each)) for each in range(number)]
-    kind.tell(pruned)
-    assert kind.prune_above == before, 'their costs are estimates'
-    kind.tell([replace(each, complete=True) for each in pruned])
-    assert kind.prune_above == SEARCH.population // 2 - 1 < before
+    proposals.tell(pruned)
+    assert proposals.prune_above == before, 'their costs are estimates'
+    proposals.tell([replace(each, complete=True) for each in pruned])
+    assert proposals.prune_above == SEARCH.population // 2 - 1 < before
 
 
 def many(count, **figures):
@@ -174,7 +156,7 @@ def many(count, **figures):
 
 
 def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones():
-    lost = [robot(0.04), robot(walk_cost=FALL), robot(complete=False)]
+    lost = [robot(0.04), robot(lasted=0.5), robot(complete=False)]
     found = ensemble(PLAN, [*lost, *many(30)])
     assert found.tolerances == 1.0 and found.fitting == 30 == len(found.robots)
     assert (found.candidates, found.complete) == (33, 31)
@@ -216,22 +198,28 @@ def test_page_data_pictures_and_constants_are_written(tmp_path):
 
 def limited(*limits):
     """Return a robot with these limits, deg."""
-    made = replace(robot(), limits={t: [x] for t, x in zip(TITLES, limits, strict=True)})
-    return replace(made, cost=cost_of(PLAN, made))
+    values = {title: [limit] for title, limit in zip(TITLES, limits, strict=True)}
+    return measured(robot().constants, {**values, PLAN.walks[0].title: [1.0]})
 
 
 def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost():
-    one_far, both_near = (
-        limited(5.9, 9.2 + 2.0 * PLAN.limits[1].tolerance_deg),
-        limited(
-            5.9 + 1.05 * PLAN.limits[0].tolerance_deg, 9.2 + 1.05 * PLAN.limits[1].tolerance_deg
-        ),
-    )
+    tolerance = PLAN.limits[0].tolerance_deg
+    one_far = limited(5.9, 9.2 + 2.0 * tolerance)
+    both_near = limited(5.9 + 1.05 * tolerance, 9.2 + 1.05 * tolerance)
     assert one_far.cost > both_near.cost
     assert [len(missed_rows(PLAN, each)) for each in (one_far, both_near)] == [1, 2]
     found = calibration_of(SEARCH, [both_near, one_far])
     assert found.best == one_far
     assert 'misses 2' in page(found, 'calibration')
+
+
+def test_pareto_set_trades_limits_for_the_other_rows():
+    good = robot()
+    slower = replace(limited(6.3, 9.2), values=limited(6.3, 9.2).values)
+    falls = robot(lasted=0.5)
+    assert pareto_set(PLAN, [slower, falls, good]) == (good,)
+    lame = robot(lasted=0.9)
+    assert pareto_set(PLAN, [lame, slower]) == (lame, slower)
 
 
 def test_a_row_missed_is_searched_among_all_candidates():
@@ -248,16 +236,6 @@ def test_a_row_missed_is_searched_among_all_candidates():
 
 
 @pytest.mark.slow
-def test_lean_of_a_robot_is_the_constant_part_of_its_correction():
-    lean = constant_lean(replace(PLAN, constants=OFFSETS), of_lean(3.0))
-    assert lean.deg == pytest.approx(3.0, abs=0.3) and lean.share > 0.8
-    assert abs(constant_lean(replace(PLAN, constants=OFFSETS), of_lean(0.0)).deg) < 1.0
-
-
-def of_lean(deg):
-    return Candidate({'reference': 0.0, 'lean': deg})
-
-
 def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     path = tmp_path / 'ensemble.json'
     robots = [robot(sway=0.025), robot(sway=0.0255)]
