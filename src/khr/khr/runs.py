@@ -15,6 +15,7 @@ import pyarrow as pa
 
 from khr.arguments import ScenarioLike, checked
 from khr_analysis.outcome_values import labelled
+from khr_bringup.balance import balance_of
 from khr_bringup.offline import duration as length
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
@@ -23,6 +24,8 @@ from khr_bringup.running import offline_progress
 from khr_bringup.scenario import scenario as scenario_files
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
+from khr_description.robot import Robot
+from khr_sim.run_parameters import RunParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,7 +58,10 @@ class RunResult(Result):
 
         One row per control period. Units are SI, as in :attr:`signals`, and angles and rates have a
         second column in degrees, such as ``pitch_deg`` and ``gyro_rate_deg_s``. Arrays with a
-        column per foot region or controller are split, such as ``contact_force_l_toe``.
+        column per foot region, controller or joint are split, such as ``contact_force_l_toe`` and
+        ``joints_l_knee_pitch``. ``pose_*`` is the pose of the torso, ``constant_*`` the part of a
+        correction that no sensor causes, ``balance_*`` places along the slope ahead of the middle
+        of the soles: centre of mass, capture point, centre of pressure, toe and heel edge.
 
         Example:
             >>> import khr
@@ -65,7 +71,13 @@ class RunResult(Result):
             >>> 'gyro_rate' in table.column_names, 'gyro_rate_deg_s' in table.column_names
             (True, True)
         """
-        return pa.table(self.signals.columns | self.signals.degrees)
+        balance = balance_of(self.signals, Robot.load(), self.scenario.table(RunParameters))
+        margins = {} if balance is None else vars(balance)
+        return pa.table(
+            self.signals.columns
+            | self.signals.degrees
+            | {f'balance_{name}': values for name, values in margins.items()}
+        )
 
     def plot(self) -> Figure:
         """Draw pitch rate, foot forces, corrections and spectrum, in deg and N.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from khr_studies.tuning.study import Question, Tuning
 
 Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
-Workers = Annotated[int | None, typer.Option('--jobs')]
+Workers = Annotated[int | None, typer.Option('--workers', '--jobs')]
 
 
 @checked

@@ -103,7 +103,8 @@ def _load(entry: EntryPoint) -> NodeSpec:
     except Exception as error:  # whatever a foreign package raises while it is imported
         text = ' '.join(str(error).split())
         raise KhrError(
-            f'{where}: {type(error).__name__}: {text}; accepted: a module that can be imported'
+            f'{where}: {type(error).__name__}: {text}; accepted: a module that can '
+            f'be imported, or pip uninstall {entry.dist.name if entry.dist else entry.module}'
         ) from error
     if not isinstance(spec, NodeSpec):
         raise KhrError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')

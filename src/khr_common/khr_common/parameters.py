@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -177,7 +178,11 @@ def check(table: type[Any], name: str, value: Any) -> Value:
     """
     known = specifications(table)
     if name not in known:
-        raise ParameterError(f'{named(name)}: no such parameter; accepted: {", ".join(known)}')
+        near = get_close_matches(str(name), known, 1)
+        meant = f'did you mean {near[0]}? ' if near else ''
+        raise ParameterError(
+            f'{named(name)}: no such parameter; {meant}accepted: {", ".join(known)}'
+        )
     return known[name].check(value)
 
 

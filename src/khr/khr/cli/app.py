@@ -1,42 +1,62 @@
-"""The verbs of the ``khr`` command, in their order."""
+"""The verbs of the ``khr`` command, in groups."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import metadata
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from khr.cli.verbs import board, live, recordings, runs, studies, thesis
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
-VERBS: dict[str, Callable[..., None]] = {
-    'run': runs.start_run,
-    'view': runs.view,
-    'scenarios': runs.list_scenarios,
-    'list': live.list_runs,
-    'get': live.get_parameter,
-    'set': live.set_parameter,
-    'switch': live.switch_scenario,
-    'doctor': runs.doctor,
-    'figure': thesis.figure,
-    'reproduce': thesis.reproduce,
-    'lines': thesis.lines,
-    'push': studies.push,
-    'critical': studies.critical,
-    'calibrate': studies.calibrate,
-    'scoreboard': thesis.scoreboard,
-    'engines': studies.engines,
-    'tune': studies.tune,
-    'stage3': studies.stage3,
-    'film': recordings.film,
-    'sweep': studies.start_sweep,
-    'map': studies.draw_stability_map,
-    'report': recordings.report,
-    'verify': recordings.verify_bag,
-    'recover': recordings.recover_bag,
+PANELS: dict[str, dict[str, Callable[..., None]]] = {
+    'Run and look': {
+        'run': runs.start_run,
+        'view': runs.view,
+        'report': recordings.report,
+        'film': recordings.film,
+        'export': recordings.export,
+        'verify': recordings.verify_bag,
+        'recover': recordings.recover_bag,
+        'scenarios': runs.list_scenarios,
+        'doctor': runs.doctor,
+    },
+    'While it runs': {
+        'list': live.list_runs,
+        'get': live.get_parameter,
+        'set': live.set_parameter,
+        'switch': live.switch_scenario,
+    },
+    'Studies': {
+        'critical': studies.critical,
+        'tune': studies.tune,
+        'push': studies.push,
+        'lines': thesis.lines,
+        'sweep': studies.start_sweep,
+        'map': studies.draw_stability_map,
+    },
+    'The thesis': {
+        'figure': thesis.figure,
+        'reproduce': thesis.reproduce,
+        'scoreboard': thesis.scoreboard,
+        'calibrate': studies.calibrate,
+        'engines': studies.engines,
+        'stage3': studies.stage3,
+    },
 }
+
+
+class Command(TyperCommand):
+    """A verb; its help shows a flag without a type, because it takes no value."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        for each in self.params:
+            if getattr(each, 'is_flag', False):
+                each.metavar = ''
 
 
 def _show_version(asked: bool) -> None:
@@ -56,6 +76,7 @@ def top(
     """Balance control of the KHR-3HV humanoid as a ROS 2 node graph."""
 
 
-for _name, _verb in VERBS.items():
-    app.command(_name)(_verb)
-app.add_typer(board.board_verbs(), name='board')
+for _panel, _verbs in PANELS.items():
+    for _name, _verb in _verbs.items():
+        app.command(_name, cls=Command, rich_help_panel=_panel)(_verb)
+app.add_typer(board.board_verbs(), name='board', rich_help_panel='The real robot')

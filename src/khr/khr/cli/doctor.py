@@ -46,6 +46,7 @@ def examine(console: Console) -> int:
         python,
         arithmetic,
         *map(_version, packages()),
+        *map(_extension, extensions()),
         middleware,
         register_is_private,
         discovery,
@@ -98,6 +99,31 @@ def _version(package: str) -> Callable[[], Finding]:
             return True, f'{package} {importlib.metadata.version(package)}', ''
         except importlib.metadata.PackageNotFoundError:
             return False, f'{package} is missing', 'run make install'
+
+    return check
+
+
+def extensions() -> list[importlib.metadata.EntryPoint]:
+    """Return the nodes of packages outside this project."""
+    own = {re.sub(r'[-_.]+', '-', each).lower() for each in packages()}
+    return [
+        each
+        for each in importlib.metadata.entry_points(group='khr.nodes')
+        if each.dist and re.sub(r'[-_.]+', '-', each.dist.name).lower() not in own
+    ]
+
+
+def _extension(entry: importlib.metadata.EntryPoint) -> Callable[[], Finding]:
+    name = entry.dist.name if entry.dist else entry.module
+    text = f'extension {name}: node {entry.name}'
+
+    def check() -> Finding:
+        try:
+            entry.load()
+        except Exception as error:  # whatever a foreign package raises while it is imported
+            said = ' '.join(str(error).split())
+            return False, f'{text}: {type(error).__name__}: {said}', f'pip uninstall {name}'
+        return True, text, ''
 
     return check
 

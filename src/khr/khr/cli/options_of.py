@@ -81,7 +81,7 @@ def _option(parameter: inspect.Parameter, hint: Any, text: str) -> inspect.Param
     declared = _found(hint, typer.models.ParameterInfo)
     names: list[Any] = [f'--{parameter.name}'] if kind is bool else []
     if isinstance(declared, typer.models.OptionInfo):
-        names = [declared.default]
+        names = [declared.default, *(declared.param_decls or ())]
     required = default is inspect.Parameter.empty
     shown = typer.Argument(help=text) if required else typer.Option(*names, help=text)
     return parameter.replace(

@@ -192,7 +192,8 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
                 sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
             )
             raise KhrError(
-                f'{node}: no such node in the running graph within {timeout:g} s; accepted: {known}'
+                f'{node}: no such node in the running graph within {timeout:g} s; accepted: '
+                f'{known or "a run that goes on (khr list); this one has ended"}'
             )
 
         def call(service: str, *arguments: Any) -> Any:

@@ -125,7 +125,7 @@ def compare_engines(
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]
     for name in names:
         scenarios.load_scenario(name)  # reports a mistake before anything starts
-    with local_pool(jobs, '--jobs') as pool:
+    with local_pool(jobs, '--workers') as pool:
         return compare(pool, names, seeds, tolerance)
 
 

@@ -86,7 +86,7 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
     """
     integer('--seeds', seeds, 2, 100)
     spread = spread_of(read_ensemble())
-    with local_pool(jobs, '--jobs') as pool:
+    with local_pool(jobs, '--workers') as pool:
         return compare(Bench(pool, seeds, tolerance, spread=spread), explain)
 
 

@@ -257,7 +257,7 @@ def measure_plane(
     for setting in settings:
         setting.condition(engine).scenario(0.0)  # reports a mistake before anything starts
     with (
-        local_pool(jobs, '--jobs') as pool,
+        local_pool(jobs, '--workers') as pool,
         ProgressBar('stage 3', 0, lines=True, quiet=quiet) as bar,
         KeptJobs(pool, folder, version_of_study('third_stage'), bar, {}) as kept,
     ):

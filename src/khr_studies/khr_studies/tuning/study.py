@@ -281,12 +281,12 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
     Raises:
         KhrError, KhrError: if an argument is not accepted.
     """
-    check_workers(jobs, '--jobs')
+    check_workers(jobs, '--workers')
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)
     question.scenarios(first)  # reports a mistake before anything starts
     seeds = range(question.seeds)
     with (
-        local_pool(jobs, '--jobs') as pool,
+        local_pool(jobs, '--workers') as pool,
         ProgressBar('tune', question.runs, lines=True, quiet=quiet, final=True) as bar,
         KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
     ):

@@ -15,6 +15,7 @@ import pytest
 from khr.cli import command
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import RunError
+from tests.support.runs import KHR
 
 ASCII = {'LC_ALL': 'C', 'PYTHONUTF8': '0', 'PYTHONCOERCECLOCALE': '0'}
 
@@ -48,6 +49,8 @@ def khr(monkeypatch, capsys, *arguments):
         (['run', 'walk_0deg', '--fly'], ['--fly', 'khr run --help']),
         (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
         (['fly'], ['fly', 'khr --help']),
+        (['report', 'last'], ['last: no run', 'folder of a run']),
+        (['run', 'walk_0deg', '--set', 'gait.cycels=3'], ['did you mean cycles?']),
     ],
 )
 def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
@@ -257,3 +260,32 @@ def test_scenarios_lists_all(monkeypatch, capsys, columns):
         'walk_9.7deg_ka12_kh12_rubber',
     ):
         assert name in out
+
+
+def test_a_flag_has_no_type_and_the_verbs_are_in_groups(monkeypatch, capsys):
+    _, text, _ = khr(monkeypatch, capsys, 'figure', '--help')
+    (flag,) = [line for line in text.splitlines() if '--fast' in line]
+    assert '<bool>' not in flag
+    _, text, _ = khr(monkeypatch, capsys, '--help')
+    places = [text.index(group) for group in ('Run and look', 'While it runs', 'Studies')]
+    assert places == sorted(places) and 'The real robot' in text
+
+
+@pytest.mark.slow
+def test_gains_and_engine_have_options_and_last_is_the_newest_run(tmp_path):
+    def real(*words):
+        return subprocess.run(
+            [*KHR, *words], cwd=tmp_path, capture_output=True, check=False
+        ).returncode
+
+    words = ['run', 'stand_0deg', '--duration', '0.3', '--no-draw', '--ka', '18', '--kh', '0']
+    assert real(*words, '--engine', 'mujoco') == 0
+    (folder,) = (tmp_path / 'runs').iterdir()
+    text = (folder / 'scenario.yaml').read_text()
+    assert 'gain: 18.0' in text and 'engine: mujoco' in text
+    assert real('export', 'last', '--out', 'run.csv') == 0
+    head, *rows = (tmp_path / 'run.csv').read_text().splitlines()
+    assert len(rows) == 21
+    for name in ('time, s', 'pitch, deg', 'joints_l_knee, deg', 'balance_capture, m'):
+        assert f'"{name}"' in head
+    assert real('export', 'last', '--out', 'run.txt') == 2

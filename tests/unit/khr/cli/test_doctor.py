@@ -45,3 +45,16 @@ def test_runs_are_counted(monkeypatch, domains, says):
     entries = [RunEntry(domain, 1, 'walk', 'runs/walk') for domain in domains]
     monkeypatch.setattr(doctor, 'running', lambda: entries)
     assert doctor.runs() == (True, says, '')
+
+
+@pytest.mark.parametrize(('module', 'fine'), [('khr_balance.ankle', True), ('no.such', False)])
+def test_a_package_with_nodes_of_its_own_is_listed_and_a_broken_one_named(
+    monkeypatch, module, fine
+):
+    entry = importlib.metadata.EntryPoint('lean', f'{module}:ANKLE_CONTROLLER', 'khr.nodes')
+    vars(entry)['dist'] = type('Distribution', (), {'name': 'lean_controller'})()
+    monkeypatch.setattr(importlib.metadata, 'entry_points', lambda group: [entry])
+    (found,) = doctor.extensions()
+    good, text, advice = doctor._extension(found)()
+    assert good is fine and 'extension lean_controller: node lean' in text
+    assert advice == ('' if fine else 'pip uninstall lean_controller')

@@ -244,7 +244,7 @@ def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
         )
         return tune(question, jobs, tmp_path)
 
-    with pytest.raises(KhrError, match='--jobs'):
+    with pytest.raises(KhrError, match='--workers'):
         ask(jobs=0)
     monkeypatch.setattr(study, 'read_ensemble', list)
     with pytest.raises(KhrError, match='no robot'):

@@ -68,8 +68,22 @@ SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
 ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]
 OptimiserSeedOption = Annotated[int, typer.Option(help='Seed of the optimiser.')]
 ProcessesOption = Annotated[
-    int | None, typer.Option(help='Processes on this machine; one per core by default.')
+    int | None,
+    typer.Option(
+        '--workers', '--jobs', help='Processes on this machine; one per core by default.'
+    ),
 ]
+OwnEngineOption = Annotated[
+    str | None,
+    typer.Option(help="Physics engine: bullet or mujoco; the scenario's own by default."),
+]
+AnkleGainOption = Annotated[
+    float | None, typer.Option('--ka', help='Ankle gain K_A; 0 switches the controller off.')
+]
+HipGainOption = Annotated[
+    float | None, typer.Option('--kh', help='Hip gain K_H; 0 switches the controller off.')
+]
+RUNS = Path('runs')
 SchedulerOption = Annotated[
     str | None,
     typer.Option(help='Use the workers of a "dask scheduler", tls://HOST:PORT; needs --tls.'),
@@ -101,6 +115,32 @@ def scheduler_of(address: str | None, tls: Path | None, unauthenticated: bool) -
         option = '--tls' if tls is not None else '--unauthenticated'
         raise KhrError(f'{option}: not accepted without --scheduler')
     return None
+
+
+def settings_of(
+    texts: Iterable[str] | None, engine: str | None, ka: float | None, kh: float | None
+) -> list[str]:
+    """Return the texts of ``--set`` with those of ``--engine``, ``--ka`` and ``--kh``."""
+    found = [*(texts or [])]
+    for node, gain in (('ankle_controller', ka), ('hip_controller', kh)):
+        if gain is not None:
+            on = gain > 0.0
+            found += [f'{node}.gain={gain!r}'] * on + [f'{node}.enabled={str(on).lower()}']
+    return found + ([f'simulator.engine={engine}'] if engine else [])
+
+
+def run_named(name: str) -> Path:
+    """Return the folder of a run; ``last`` is the newest one in ``runs``.
+
+    Raises:
+        KhrError: if there is none.
+    """
+    if name != 'last' or Path(name).exists():
+        return Path(name)
+    folders = [each.parent for each in RUNS.glob('*/scenario.yaml')]
+    if not folders:
+        raise KhrError(f'last: no run in {str(RUNS)!r}; accepted: the folder of a run, or its bag')
+    return max(folders, key=lambda folder: folder.stat().st_mtime)
 
 
 def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:

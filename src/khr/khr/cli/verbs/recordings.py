@@ -7,12 +7,19 @@ from typing import Annotated
 
 import typer
 
-from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption
+from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption, run_named
+from khr_common.errors import KhrError
+from khr_common.files import written
 from khr_sweeps.progress import ProgressBar
 
 
 def film(
-    run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
+    run: Annotated[
+        str,
+        typer.Argument(
+            help='A run folder, its bag, or a scenario file or name; "last" is the newest run.'
+        ),
+    ],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -36,7 +43,9 @@ def film(
 
     size = (width, height, rate)
     with ProgressBar(unit='s') as bar:
-        files = render_run(run, out, still, (start, end), size, against, bar.show)
+        files = render_run(
+            _filmed(run), out, still, (start, end), size, against and _filmed(against), bar.show
+        )
     for path in files:
         print(path)
 
@@ -56,7 +65,8 @@ def report(
     """Write a page about a run, one that compares two, or one about any recording."""
     from khr_report.run.page import report as write
 
-    print(write(run, against, out, topic, axis, namespace))
+    other = run_named(str(against)) if against else None
+    print(write(run_named(str(run)), other, out, topic, axis, namespace))
 
 
 def verify_bag(
@@ -65,7 +75,7 @@ def verify_bag(
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
     from khr_bringup.recorded.verify import verify
 
-    raise typer.Exit(verify(bag))
+    raise typer.Exit(verify(run_named(str(bag))))
 
 
 def recover_bag(
@@ -74,9 +84,44 @@ def recover_bag(
     """Repair the bag of a recorder that was killed; the damaged file is kept."""
     from khr_bringup.recorded.recover import recover
 
-    found = recover(bag)
+    found = recover(run_named(str(bag)))
     if found is None:
         print(f'{bag}: whole')
         return
     print(f'{found.bag}: {found.messages} messages up to t = {found.seconds:.3f} s')
     print(f'the cut bag is kept as {found.kept}')
+
+
+def export(
+    run: Annotated[
+        Path, typer.Argument(help='A run folder, or its bag; "last" is the newest run.')
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help='The file, .csv or .parquet; RUN.csv in this folder by default.'),
+    ] = None,
+) -> None:
+    """Write joints, pose, forces, corrections and balance of a run over time as CSV or Parquet."""
+    import pyarrow
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    from khr.runs import load
+
+    folder = run_named(str(run))
+    file = out or Path(f'{folder.resolve().name}.csv')
+    writers = {'.csv': pyarrow.csv.write_csv, '.parquet': pyarrow.parquet.write_table}
+    if file.suffix not in writers:
+        raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.parquet')
+    loaded = load(folder)
+    table = loaded.table()
+    if file.suffix == '.csv':  # one column for each signal, with its unit and angles in deg
+        balance = {f'{name}, m': table[name] for name in table.column_names if 'balance' in name}
+        table = pyarrow.table(loaded.signals.with_units | balance)
+    with written(file) as part:
+        writers[file.suffix](table, part)
+    print(file)
+
+
+def _filmed(run: str) -> str:
+    return str(run_named(run)) if run == 'last' else run

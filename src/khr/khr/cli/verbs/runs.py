@@ -10,12 +10,17 @@ import typer
 from rich.console import Console
 
 from khr.cli.verbs.options import (
+    AnkleGainOption,
     DomainOption,
+    HipGainOption,
     OutOption,
+    OwnEngineOption,
     RecordOption,
     RobotOption,
     ScenarioArgument,
     SetOption,
+    run_named,
+    settings_of,
     warn_of_switched_off,
 )
 from khr_bringup.graph.launching import parameters_of_driver, with_driver
@@ -55,6 +60,9 @@ def start_run(
     out: OutOption = None,
     set_: SetOption = None,
     robot: RobotOption = '',
+    ka: AnkleGainOption = None,
+    kh: HipGainOption = None,
+    engine: OwnEngineOption = None,
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
     network: Annotated[
@@ -108,7 +116,8 @@ def start_run(
             )
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
-    chosen = _with(scenarios.load_scenario(scenario), robot).set_to(set_ or [], changes)
+    settings = settings_of(set_, engine, ka, kh)
+    chosen = _with(scenarios.load_scenario(scenario), robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     way = RunOptions(
         offline,
@@ -119,7 +128,7 @@ def start_run(
         driver_parameters=parameters_of_driver(driver_params, '--driver-params', chosen),
     )
     options = Options(way, draw, out, expect, Viewing() if view else None)
-    warn_of_switched_off(chosen, set_ or [])
+    warn_of_switched_off(chosen, settings)
     raise typer.Exit(run_scenario(chosen, options))
 
 
@@ -156,6 +165,9 @@ def view(
     out: OutOption = None,
     set_: SetOption = None,
     robot: RobotOption = '',
+    ka: AnkleGainOption = None,
+    kh: HipGainOption = None,
+    engine: OwnEngineOption = None,
     domain: DomainOption = None,
 ) -> None:
     """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
@@ -164,16 +176,18 @@ def view(
     from khr_bringup.graph.graph import RunOptions
     from khr_view.viewing import Viewing, play
 
+    source = str(run_named(source))
     if against is not None or Path(source).is_dir() or source.endswith('.mcap'):
-        both = [Path(source), *([against] if against else [])]
+        both = [Path(source), *([run_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
+    settings = settings_of(set_, engine, ka, kh)
     chosen = _with(scenarios.load_scenario(source, 'run or scenario'), robot)
-    chosen = chosen.set_to(set_ or [], changes)
-    warn_of_switched_off(chosen, set_ or [])
+    chosen = chosen.set_to(settings, changes)
+    warn_of_switched_off(chosen, settings)
     raise typer.Exit(view_scenario(chosen, options))
 
 

@@ -70,7 +70,7 @@ def critical(arguments: dict[str, Any], settings: list[str]) -> None:
 
     condition = searches.condition_of(**arguments)
     warn_of_switched_off(condition.scenario(0.0), settings)
-    with local_pool(arguments['workers'], '--jobs') as pool:
+    with local_pool(arguments['workers'], '--workers') as pool:
         limit = measure_limit(condition, arguments['seeds'], arguments['tolerance'], pool)
     print(limit_text(condition.title, limit))
 
