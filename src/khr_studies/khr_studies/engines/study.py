@@ -157,13 +157,13 @@ def compared_scenarios(runs: pd.DataFrame) -> list[Row]:
     Returns:
         Rows with ``scenario``, ``quantity``, ``values`` (of each engine, of the unchanged run; a
         verdict: all distinct ones) and ``inside``: whether the ranges over the scatter overlap, or
-        the engines share a verdict.
+        all verdicts are the same on both engines.
     """
     rows: list[Row] = []
     for name, group in runs[runs['part'] == 'scenario'].groupby('condition', sort=False):
         first, second = (group[group['engine'] == engine] for engine in ENGINES)
         verdicts = [each['verdict'].unique().tolist() for each in (first, second)]
-        inside = bool(set(verdicts[0]) & set(verdicts[1]))
+        inside = set(verdicts[0]) == set(verdicts[1])
         rows.append(_compared(name, 'verdict', [', '.join(each) for each in verdicts], inside))
         for column in runs.columns.intersection([*QUANTITIES], sort=False):
             a, b = first[column], second[column]
