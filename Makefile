@@ -4,12 +4,14 @@
 # make nightly  runs all tests, also those of whole studies and the longest of the others
 # make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
+# make bullet  compiles PyBullet where it has no wheel (Python 3.12); MuJoCo is the engine without it
+# make dist   builds sdist and wheel of the whole in dist/
 # make film   renders docs/walk.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 
 # bytecode is kept, whatever this machine prefers: without it every process compiles its sources
 unexport PYTHONDONTWRITEBYTECODE
-PYTHON ?= python3.11
+PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3.12) python3.11)
 SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
@@ -23,7 +25,7 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick nightly coverage install tools lint docs site film bench chaos mutants lock version clean
+.PHONY: run test quick bullet dist nightly coverage install tools lint docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -46,7 +48,11 @@ install: $(VENV)/packages
 
 tools: $(VENV)/tools install
 
+# the wheels of ROS 2 Jazzy are for these two; those of PyBullet for 3.11 alone
+SUPPORTED := (3, 11) <= sys.version_info[:2] <= (3, 12)
 $(VENV)/requirements: requirements.lock
+	@$(PYTHON) -c "import sys; sys.exit(not $(SUPPORTED))" || { echo "$(PYTHON): is missing, or \
+	not accepted: rclpy has no wheel for it; accepted: make PYTHON=/path/to/python3.11 (or 3.12)"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
 	$(INSTALL) --require-hashes -r requirements.lock
 	touch $@
@@ -60,6 +66,10 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	$(INSTALL) --no-deps --no-build-isolation --force-reinstall $(PACKAGES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
+
+# PyBullet has no wheel for Python 3.12: compile it, with progress and on all cores (some minutes)
+bullet: install
+	$(BIN)/python .ci/bullet
 
 # every kind of fault, some hours; resumes, and writes docs/reliability.md; JOBS=2 for two at a time
 JOBS := 1
@@ -95,6 +105,11 @@ film: install
 	    --width 480 --height 360 --out build/walk
 	cp build/walk.gif docs/walk.gif
 
+# one distribution of all packages
+dist: tools
+	rm -rf dist
+	$(BIN)/python .ci/dist dist
+
 bench: tools
 	$(PORTABLE) tests.benchmarks
 
@@ -103,6 +118,7 @@ lock: COMPILE = $(BIN)/uv pip compile --quiet --generate-hashes --no-emit-index-
           --python-version 3.11 --custom-compile-command 'make lock' --output-file
 lock: tools
 	printf 'setuptools<80\nwheel\n' | $(COMPILE) requirements.lock requirements.in -
+	sed -i "s/^\(pybullet==[^ ]*\) \\\\/\1 ; python_version < '3.12' \\\\/" requirements.lock
 	$(COMPILE) requirements-dev.lock requirements-dev.in
 
 version:
@@ -113,4 +129,4 @@ version:
 	sed -i 's/^version: .*/version: $(VERSION)/; s/^date-released: .*/date-released: '"'$$(date +%F)'/" CITATION.cff
 
 clean:
-	rm -rf $(VENV) site build *.egg-info ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info
+	rm -rf $(VENV) site build dist *.egg-info ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info

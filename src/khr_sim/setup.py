@@ -31,7 +31,7 @@ setup(
         'llvmlite',
         'numba',
         'numpy',
-        'pybullet',
+        'pybullet; python_version < "3.12"',
     ],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

@@ -103,6 +103,25 @@ def test_the_parts_run_where_there_is_nothing_else(built, tmp_path):
     check_run(bin_folder, tmp_path, '--offline')
 
 
+def test_the_sdist_makes_the_same_wheel(built, tmp_path):
+    for name in ('src', 'config', '.ci'):
+        left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
+        shutil.copytree(ROOT / name, tmp_path / name, symlinks=True, ignore=left)
+    for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
+        shutil.copy(ROOT / name, tmp_path)
+    shutil.copy(ROOT / 'MANIFEST.in', tmp_path)
+    printed = run(sys.executable, '.ci/dist', 'dist', cwd=tmp_path)
+    sdist, wheel = sorted((tmp_path / 'dist').iterdir(), reverse=True)
+    assert [sdist.name, wheel.name] == [Path(line).name for line in printed.split()]
+    assert modules([wheel]) == modules(built['whole'])
+    build = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index', '-w', 'again']
+    run(*build, sdist, cwd=tmp_path)
+    assert modules((tmp_path / 'again').glob('*.whl')) == modules([wheel])
+    bin_folder = bare(tmp_path / 'venv')
+    run(*PIP, '--python', bin_folder / 'python', 'install', '--no-deps', '--no-index', wheel)
+    check_run(bin_folder, tmp_path, '--offline')
+
+
 def instructions():
     """Return the instructions of the Dockerfile, each with its arguments."""
     lines = (ROOT / 'Dockerfile').read_text().splitlines()

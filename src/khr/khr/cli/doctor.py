@@ -24,6 +24,7 @@ from khr_common.arithmetic import PORTABLE, in_force, warning
 from khr_sim.physics import engines
 
 # Requirements that no package declares: the ROS middleware and the optional physics engines.
+PYTHONS = ((3, 11), (3, 12))
 BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
 ROOM = 1.0  # GB of disk below which a recording is at risk
 Finding = tuple[bool, str, str]
@@ -62,9 +63,9 @@ def examine(console: Console) -> int:
 
 
 def python() -> Finding:
-    """Check the interpreter: the physics engine has wheels for 3.11 alone."""
+    """Check the interpreter: the wheels of ROS are for 3.11 and 3.12."""
     version = '.'.join(map(str, sys.version_info[:3]))
-    return sys.version_info[:2] == (3, 11), f'Python {version}', 'use Python 3.11'
+    return sys.version_info[:2] in PYTHONS, f'Python {version}', 'use Python 3.11 or 3.12'
 
 
 def arithmetic() -> Finding:

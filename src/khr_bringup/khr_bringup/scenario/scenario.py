@@ -17,6 +17,7 @@ from khr_bringup.node_registry import controllers, node_of, registry, short_name
 from khr_bringup.scenario.control_text import title_with_changes
 from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
+from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_common import ParameterError, build, check, specifications
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
@@ -182,11 +183,10 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
         sought: the kind of thing that the name may be, for the error text.
 
     Raises:
-        KhrError: if there is no such scenario, or it is not accepted; the text names file,
-            node, key, value and the accepted values.
+        KhrError: if there is no such scenario, or file, node, key or value is not accepted.
     """
     path = find_scenario(name, sought)
-    return parse(read_file(path), str(path), path.stem)
+    return with_installed_engine(parse(read_file(path), str(path), path.stem))
 
 
 def parse(text: str, file: str, name: str) -> Scenario:

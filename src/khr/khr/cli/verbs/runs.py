@@ -88,6 +88,13 @@ def start_run(
         ),
     ] = '',
     driver_params: Annotated[str, typer.Option(help='A parameter file for the driver.')] = '',
+    print_ros2: Annotated[
+        bool,
+        typer.Option(
+            '--print-ros2',
+            help='Print the ros2 command that starts the same graph; start nothing.',
+        ),
+    ] = False,
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
@@ -119,6 +126,19 @@ def start_run(
     settings = settings_of(set_, engine, ka, kh)
     chosen = _with(scenarios.load_scenario(scenario), robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
+    if print_ros2:
+        from khr.cli.ros2_command import ros2_command
+
+        arguments = {
+            'driver': driver,
+            'board': board,
+            'driver_params': driver_params,
+            'expect': expect,
+            'record': '' if record else 'false',
+            'out': str(out or ''),
+        }
+        print(ros2_command(scenario, set_ or [], changes, arguments))
+        return
     way = RunOptions(
         offline,
         one_process is not False,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from importlib.util import find_spec
 
 from khr_common.errors import KhrError
 from khr_description.robot import Robot
@@ -11,6 +12,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines.base import Engine, Painter
 
 LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # name on PyPI by engine
+INSTALLED_BY = {'bullet': 'make bullet', 'mujoco': "pip install 'mujoco<4'"}
 DEFAULT = SimulatorParameters().engine  # if a scenario names no engine
 
 
@@ -25,24 +27,37 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
             'gui: no screen for the window of the physics engine (DISPLAY is not set); accepted: '
             'false, with khr view in a browser, or a screen'
         )
+    check_installed(parameters.engine)
     if parameters.engine == 'bullet':
         from khr_sim.physics.engines.bullet import Bullet
 
         return Bullet(parameters, robot)
-    try:
-        from khr_sim.physics.engines.mujoco import MuJoCo
-    except ModuleNotFoundError as error:
-        if error.name != LIBRARIES['mujoco']:
-            raise
-        raise KhrError(
-            "engine: 'mujoco' is not installed; accepted: bullet, or mujoco after "
-            "pip install 'mujoco<4'"
-        ) from error
+    from khr_sim.physics.engines.mujoco import MuJoCo
+
     return MuJoCo(parameters, robot)
 
 
+def check_installed(engine: str) -> None:
+    """Check that the library of an engine is installed.
+
+    Raises:
+        KhrError: if it is not.
+    """
+    if find_spec(LIBRARIES[engine]) is None:
+        others = [other for other in LIBRARIES if other != engine]
+        raise KhrError(
+            f'engine: {engine!r} is not installed; accepted: {", ".join(others)}, or {engine} '
+            f'after {INSTALLED_BY[engine]}'
+        )
+
+
 def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
-    """Return the renderer of both engines, PyBullet in software, which needs no graphics driver."""
+    """Return the renderer of both engines, PyBullet in software, which needs no graphics driver.
+
+    Raises:
+        KhrError: if PyBullet is not installed.
+    """
+    check_installed('bullet')
     from khr_sim.physics.engines.bullet_scene import BulletScene
 
     return BulletScene(replace(parameters, gui=False), robot)
