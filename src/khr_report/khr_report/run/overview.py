@@ -18,11 +18,11 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
-from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
-from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled
+from khr_report.plots.plot_style import head, legend_above, panels, save, styled
+from khr_report.run.timing import Timing
 from khr_sim.sensors.foot_force import FootForceParameters
 
 BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
@@ -39,7 +39,6 @@ GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
 SPECTRUM = 'Spectrum of the gyro'
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
-EVENTS_NAMED = 9
 SHADED = 'shaded: the left foot swings (blue), the right foot (orange)'
 PANEL = 1.55  # inches, height of a panel
 LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
@@ -109,39 +108,6 @@ def correction(controller: str) -> Signal:
     return Signal(
         CORRECTIONS, controller, 'angle (°)', lambda s: np.degrees(s.correction_of(controller))
     )
-
-
-@dataclass(frozen=True)
-class Timing:
-    """What all panels over time share.
-
-    Attributes:
-        gait: whose swings of the feet are shaded.
-        events: changes of parameters and falls.
-    """
-
-    gait: GaitParameters | None = None
-    events: Sequence[Event] = ()
-
-    def draw(self, axes: Sequence[Axes]) -> None:
-        """Shade the swings and mark the events; the top panel names them."""
-        shades = swings(self.gait) if self.gait else {}
-        for axis in axes:
-            for color, side in zip(COLORS, ('left', 'right'), strict=False):
-                for start, end in shades.get(side, ()):
-                    axis.axvspan(start, end, color=color, alpha=0.1, linewidth=0.0, zorder=0)
-            for event in self.events:
-                axis.axvline(event.time, color='0.2', linestyle=':', linewidth=0.8)
-        for number, event in enumerate(self.events[:EVENTS_NAMED]):
-            axes[0].annotate(
-                event.text,
-                (event.time, 1.0),
-                xytext=(2, -8 - 8 * (number % 3)),
-                textcoords='offset points',
-                xycoords=('data', 'axes fraction'),
-                fontsize=6,
-                annotation_clip=True,
-            )
 
 
 @dataclass(frozen=True)

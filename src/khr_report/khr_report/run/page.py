@@ -25,8 +25,9 @@ from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
-from khr_report.run.overview import Timing, draw_spectra, note, over_time, spectrogram, third_cycle
+from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_report.run.recording_page import report_recording
+from khr_report.run.timing import Timing
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'

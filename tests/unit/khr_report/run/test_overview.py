@@ -15,13 +15,13 @@ from khr_report.run.overview import (
     BALANCE,
     RANGE_DB,
     SPECTRUM,
-    Timing,
     draw_spectra,
     over_time,
     overview,
     spectrogram,
     third_cycle,
 )
+from khr_report.run.timing import Timing
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
 
