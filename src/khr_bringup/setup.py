@@ -43,6 +43,7 @@ setup(
         'PyYAML',
         'rich',
         'rosbags',
+        'scipy',
         'zstandard',
     ],
     extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},

@@ -25,7 +25,6 @@ setup(
         'khr_analysis',
         'khr_bringup',
         'numpy',
-        'scipy',
         'viser',
         'websockets',
     ],
