@@ -22,7 +22,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
-from khr_report.run.timing import Timing
+from khr_report.run.timing import Timing, title_of_run
 from khr_sim.sensors.foot_force import FootForceParameters
 
 BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
@@ -161,12 +161,6 @@ def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -
         draw_spectra(axes[-1], {'': third})
     head(figure, title_of_run(scenario, events), note(scenario))
     return figure
-
-
-def title_of_run(scenario: Scenario, events: Sequence[Event]) -> str:
-    """Return the title of a run; it says so if parameters were changed while it ran."""
-    changed = any('=' in event.text for event in events)
-    return (scenario.title or scenario.name) + ', changed while it ran' * changed
 
 
 def note(scenario: Scenario) -> str:

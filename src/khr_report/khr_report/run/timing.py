@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event
 from khr_bringup.scenario.derived import swings
+from khr_bringup.scenario.scenario import Scenario
 from khr_report.plots.plot_style import COLORS
 
 EVENTS_NAMED = 9
@@ -46,3 +47,9 @@ class Timing:
                 fontsize=6,
                 annotation_clip=True,
             )
+
+
+def title_of_run(scenario: Scenario, events: Sequence[Event]) -> str:
+    """Return the title of a run; it says so if parameters were changed while it ran."""
+    changed = any('=' in event.text for event in events)
+    return (scenario.title or scenario.name) + ', changed while it ran' * changed
