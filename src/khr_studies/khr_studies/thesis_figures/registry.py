@@ -29,6 +29,7 @@ from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions, recovery_figure
 from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
+from khr_studies.thesis_figures.gain_unit_figure import gain_unit
 from khr_studies.thesis_figures.run_plots import RATES
 from khr_sweeps.pool import check_workers
 
@@ -151,6 +152,7 @@ FIGURES: dict[str, Drawing] = {
         'Largest push by feet, flywheel and steps, models', recovery_figure.capture_point
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
+    'gain_unit': Drawing('Gain unit of both loops, identified', gain_unit),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
     'line_11': Drawing(
         'What raises line 11 of the gait, 4.74 Hz',
