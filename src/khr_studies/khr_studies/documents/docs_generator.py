@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -62,6 +63,11 @@ def generated(root: Path) -> dict[Path, str]:
         docs / 'interfaces.md': interfaces_markdown(),
         docs / 'figures.md': figures_markdown(),
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
+        **_from_results(
+            docs / 'scoreboard_feedback.json',
+            Scoreboard,
+            partial(scoreboard_markdown, json='scoreboard_feedback.json'),
+        ),
         **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),
         docs / 'scenarios.md': page_text(

@@ -51,7 +51,7 @@ KINDS = {
     'statics': 'rows of statics',
     'formula': 'formulas',
 }
-HEAD = """# Scoreboard
+HEAD = """# Scoreboard{robot}
 
 The robot of Dutta (2021) against the simulated one. Written by {command}; do not edit. The same
 as data: [{json}]({json}). *Fitted* rows were used by the calibration
@@ -234,9 +234,11 @@ def blocks(board: Scoreboard) -> list[Block]:
 
 def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
     """Return the page; ``json`` is the name of the file with the same data."""
-    command = '`khr reproduce --fast`' if board.seeds < ENOUGH else '`khr scoreboard`'
+    own = f' --robot {board.robot}' if board.robot else ''
+    command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`khr scoreboard{own}`'
     of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
-    head = HEAD.format(command=f'{command} with {of}', json=json)
+    robot = f' of the robot `{board.robot}`' if board.robot else ''
+    head = HEAD.format(robot=robot, command=f'{command} with {of}', json=json)
     return f'{head}\n{markdown(blocks(board))}\n'
 
 

@@ -32,6 +32,7 @@ class Scoreboard:
         widths: limits facing downhill and uphill.
         slips_from_mm: slide per step at which a walk counts as slipping; None if not measured.
         engines: physics engine of the measurements, and the other one, which repeats the limits.
+        robot: whose constants; the default one if empty.
     """
 
     seeds: int
@@ -44,6 +45,7 @@ class Scoreboard:
     widths: Records = ()
     slips_from_mm: float | None = None
     engines: tuple[str, ...] = ()
+    robot: str = ''
 
     @property
     def rows(self) -> Records:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario.robots import constants_of
 from khr_common.checks import integer
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
@@ -71,7 +72,14 @@ CHANGES: dict[str, tuple[tuple[str, Changes], ...]] = {
 }
 
 
-def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = True) -> Scoreboard:
+def scoreboard(
+    seeds: int,
+    tolerance: float,
+    jobs: int | None,
+    explain: bool = True,
+    robot: str = '',
+    engine: str = engines.DEFAULT,
+) -> Scoreboard:
     """Measure the scoreboard with a pool of processes.
 
     Args:
@@ -80,14 +88,20 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
         jobs: processes; one per core by default.
         explain: whether to measure also the effect of changes on limits that miss, and limits
             facing uphill.
+        robot: constants of another robot, by name or file; the default one if empty.
+        engine: of the measurements; the limits are measured on the other engine as well.
 
     Raises:
         KhrError: if an argument is not accepted.
     """
     integer('--seeds', seeds, 2, 100)
-    spread = spread_of(read_ensemble())
+    settings: Changes = tuple(constants_of(robot).items()) if robot else ()
+    spread = {} if robot else spread_of(read_ensemble())
     with local_pool(jobs, '--workers') as pool:
-        return compare(Bench(pool, seeds, tolerance, spread=spread), explain)
+        bench = Bench(
+            pool, seeds, tolerance, spread=spread, settings=with_engine(engine, settings)
+        )
+        return replace(compare(bench, explain), robot=robot)
 
 
 def judge(
@@ -109,7 +123,7 @@ def judge(
     Raises:
         KhrError: if an argument is not accepted.
     """
-    with local_pool(jobs, '--jobs') as pool:
+    with local_pool(jobs, '--workers') as pool:
         bench = Bench(pool, seeds, tolerance, settings=with_engine(engine, changes))
         return [*compare(bench, explain=False).rows]
 

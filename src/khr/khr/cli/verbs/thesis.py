@@ -14,6 +14,7 @@ from khr.cli.verbs.options import (
     EngineOption,
     NamespaceOption,
     ProcessesOption,
+    RobotOption,
     SeedsOption,
     SetOption,
     ToleranceOption,
@@ -133,8 +134,11 @@ def scoreboard(
             help='Search for the cause of each miss; measure limits uphill.',
         ),
     ] = True,
+    robot: RobotOption = '',
+    engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
     from khr_studies.scoreboard import page, study
 
-    print(f'{out}: {page.write(study.scoreboard(seeds, tolerance, jobs, explain), out)}')
+    board = study.scoreboard(seeds, tolerance, jobs, explain, robot, engine)
+    print(f'{out}: {page.write(board, out)}')
