@@ -1,6 +1,7 @@
 """A controller from a package of its own: in the graph, in the twin, in sweeps, in the bag."""
 
 import base64
+import csv
 import json
 import os
 import re
@@ -163,8 +164,8 @@ def test_it_is_in_signals_charts_sliders_and_report(python, recorded):
     assert {'Knee control', 'Knee gain'} <= set(shown['controls'])
     khr(python, 'report', folder)
     table = re.search(r'data:text/csv;base64,([\w+/=]+)', (folder / 'report.html').read_text())
-    header = base64.b64decode(table[1]).decode().splitlines()[0]
-    assert 'correction_knee' in header.split(',')
+    header = next(csv.reader(base64.b64decode(table[1]).decode().splitlines()))
+    assert 'correction_knee, deg' in header
 
 
 def test_its_gain_changes_while_it_runs(python, tmp_path):

@@ -22,8 +22,8 @@ from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.run_table import run_table
 from khr_sweeps.trial import complete
 
-# Parameters that pages do not name.
-UNNAMED = (('gait', 'start_delay'), ('simulator', 'initial_tilt_deg'))
+# Parameters that pages do not name; the end of the motion follows from the gait.
+UNNAMED = (('gait', 'start_delay'), ('monitor', 'motion_end'), ('simulator', 'initial_tilt_deg'))
 SAME_SEARCH = ['condition', 'engine', 'seed']
 SAME_RUN = [*SAME_SEARCH, 'inclination_deg']
 
