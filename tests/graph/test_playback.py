@@ -77,7 +77,7 @@ def test_every_control_of_a_recording_acts(fallen, played):
         chart(page, 'Slip so far').wait_for()
         assert set(labels(page)) == {each.title for each in charts()} | {
             'Time, s', 'Step', 'Speed, times real time', 'Begin again at the end', 'Go to',
-            'Spectrum', 'Forces and support', 'Follow the robot', 'Dark',
+            'Spectrum', 'Forces and balance', 'See through the robot', 'Follow the robot', 'Dark',
         }  # fmt: skip
         page.get_by_role('button', name='Pause', exact=True).click()
         page.get_by_role('button', name='Play', exact=True).wait_for()
@@ -137,7 +137,7 @@ def test_two_runs_stand_side_by_side(walked, fallen, played):
                 ('left toe', ''), ('left heel', ' (dashed)'),
                 ('right toe', ' (dotted)'), ('right heel', ' (dash-dotted)'),
             )
-        ]  # fmt: skip
+        ] + ['left foot swings', 'right foot swings', 'change or fall']  # fmt: skip
         page.set_viewport_size({'width': 390, 'height': 800})
         page.wait_for_function('document.documentElement.scrollWidth <= 390')
         page.get_by_role('button', name='Pause').wait_for()

@@ -7,7 +7,7 @@ import pytest
 
 from khr_bringup.graph.run_registry import running
 from khr_bringup.recorded.bags import read_messages
-from khr_bringup.scenario.scenario import load_scenario
+from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.interfaces import SCENARIO
 from tests.support.browser import free_port, viewer
 from tests.support.runs import finish, khr, start_khr, wait_for, wait_until_running
@@ -55,7 +55,9 @@ def test_each_scenario_is_a_run_of_its_own_that_verifies(viewed, tmp_path):
         assert json.loads((folder / 'outcome.json').read_text())['scenario'] == name
         (text,) = read_messages(folder, [SCENARIO])[SCENARIO]
         assert f'motion: {motion}' in text.data
-    assert 'ankle_controller.gain=7' in text.data.splitlines()[0], 'the gain is kept'
+    assert load_scenario(OTHER).of('ankle_controller').get('gain') != 7.0
+    kept = parse(text.data, 'the bag', OTHER).of('ankle_controller')
+    assert kept['gain'] == 7.0, 'the gain is kept'
 
 
 def test_a_refused_scenario_changes_nothing(viewed, tmp_path):
