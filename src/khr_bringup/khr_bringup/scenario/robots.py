@@ -6,7 +6,6 @@ robot of a run without a name.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,17 +48,11 @@ def on_robot(scenario: Scenario, robot: str) -> Scenario:
     Raises:
         KhrError: as :func:`constants_of`.
     """
-    changed = scenario.changed(missing(constants_of(robot), scenario.values))
-    title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
-    return replace(changed, title=title[:LONGEST])
-
-
-def missing(
-    constants: Mapping[tuple[str, str], Any], values: Mapping[str, Mapping[str, Any]]
-) -> dict[tuple[str, str], Any]:
-    """Return the constants that some values, by node and key, do not state."""
-    return {
+    values = scenario.values
+    missing = {
         (node, key): value
-        for (node, key), value in constants.items()
+        for (node, key), value in constants_of(robot).items()
         if key not in values.get(node, {})
     }
+    title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
+    return replace(scenario.changed(missing), title=title[:LONGEST])
