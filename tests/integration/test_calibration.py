@@ -56,7 +56,7 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     head, robots = read_store(tmp_path / 'journal', CANDIDATE.validate_python)
     assert head['engine'] == 'mujoco' and len(robots) == 16
     low, *_, high = sorted(robots, key=lambda robot: robot.constants['com_stance'])
-    assert low.limit('stand, no control') > high.limit('stand, no control')
+    assert low.value('stand, no control') > high.value('stand, no control')
     members = read_ensemble(tmp_path / 'members.json')
     assert members[0].constants['gait.com_stance'] in {
         robot.constants['com_stance'] for robot in robots
