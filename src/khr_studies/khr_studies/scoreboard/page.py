@@ -22,6 +22,7 @@ from khr_report.page.document import (
     table,
 )
 from khr_report.page.template import page_text
+from khr_sim.physics import engines
 from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
@@ -234,8 +235,14 @@ def blocks(board: Scoreboard) -> list[Block]:
 
 def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
     """Return the page; ``json`` is the name of the file with the same data."""
-    own = f' --robot {board.robot}' if board.robot else ''
-    command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`khr scoreboard{own}`'
+    engine = board.engines[0] if board.engines else engines.DEFAULT
+    options = [
+        *([f'--robot {board.robot}'] if board.robot else []),
+        *([f'--engine {engine}'] if engine != engines.DEFAULT else []),
+        *(['--no-explain'] if board.explanations is None else []),
+    ]
+    whole = ' '.join(['khr scoreboard', *options])
+    command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`{whole}`'
     of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
     robot = f' of the robot `{board.robot}`' if board.robot else ''
     head = HEAD.format(robot=robot, command=f'{command} with {of}', json=json)
