@@ -88,6 +88,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=missed_rows(plan, cheapest),
         pareto=_robots_table(calibration, calibration.pareto),
+        pareto_constants=_constants_table(calibration),
         resisting=_conflicts(calibration.resisting),
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         others=table_of([_fixed(one) for one in fixed_constants() if one.name not in moved]),
@@ -123,13 +124,19 @@ def _robots_table(calibration: Calibration, robots: Sequence[Candidate]) -> str:
         f'{len(missed[number, engine])} of {len(plan.rows)}' for number, _, engine in columns
     ]
     lines.append(('rows missed', '', *counts))
-    lines += [
-        (f'`{name}`', '', *(f'{robot.constants[name]:g}' for _, robot, _ in columns))
-        for name in plan.constants
-    ]
     return table(
         ['row', 'wanted', *(f'{number}, {engine}' for number, _, engine in columns)], lines
     )
+
+
+def _constants_table(calibration: Calibration) -> str:
+    """Return the constants of the robots of the Pareto set."""
+    robots = calibration.pareto
+    lines = [
+        (f'`{name}`', *(f'{robot.constants[name]:g}' for robot in robots))
+        for name in calibration.plan.constants
+    ]
+    return table(['constant', *map(str, range(1, len(robots) + 1))], lines)
 
 
 def _wanted(row: Row) -> str:

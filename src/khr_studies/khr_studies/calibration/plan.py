@@ -110,7 +110,7 @@ class CalibrationPlan:
     supports: tuple[WantedSupport, ...] = ()
     settings: dict[str, Any] = Field(default_factory=dict)
     placed: tuple[dict[str, float], ...] = ()
-    history: str = ''
+    note: str = ''
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -139,7 +139,7 @@ class CalibrationPlan:
     def digest(self) -> str:
         """Return a digest of all that determines a measurement: rows, ranges and settings."""
         plan = TypeAdapter(CalibrationPlan).dump_python(self, mode='json')
-        del plan['placed'], plan['history']
+        del plan['placed'], plan['note']
         text = json.dumps(plan, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
