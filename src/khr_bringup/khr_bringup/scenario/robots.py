@@ -35,8 +35,8 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
     path = Path(robot) if robot.endswith('.yaml') else ROBOTS / f'{robot}.yaml'
     if not path.is_file():
         raise KhrError(
-            f'{quoted(robot)}: no such robot; accepted: {", ".join(robot_names())}, or a ROS 2 '
-            'parameter file'
+            f'robot: {quoted(robot)}: no such robot; accepted: {", ".join(robot_names())}, or a '
+            'ROS 2 parameter file'
         )
     values = parse(read_file(path), str(path), path.stem).values
     return {(node, key): value for node, keys in values.items() for key, value in keys.items()}
