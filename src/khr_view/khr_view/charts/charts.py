@@ -147,7 +147,11 @@ _OF_SENSORS = (
             _margin('heel', 'heel edge', GREY, 'dashed'),
         ),
     ),
-    Chart('Lean of the torso', 'deg', (Curve('forward', ((BALANCE, 5, DEGREES),), BLUE),)),
+    Chart(
+        'Lean of the torso',
+        'deg',
+        (Curve('forward', ((BALANCE, BALANCE.names.index(LEAN), DEGREES),), BLUE),),
+    ),
     Chart(
         'Pitch rate',
         'deg/s',
