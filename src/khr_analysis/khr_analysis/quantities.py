@@ -1,4 +1,4 @@
-"""The numbers of each message type whose spectrum can be computed."""
+"""The quantities of each message type that can have a spectrum."""
 
 from __future__ import annotations
 

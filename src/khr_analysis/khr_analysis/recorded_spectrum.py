@@ -66,6 +66,6 @@ def recorded_spectrum(samples: Samples, begin: float = -inf, end: float = inf) -
         *part.notes,
         f'{length:.2f} s over a Hann window, without mean and trend: lines closer than '
         f'{2.0 / length:.3g} Hz are one. Nyquist frequency {part.nyquist:.4g} Hz: the recording '
-        'holds nothing above it, and what the sensor folded cannot be told.',
+        'holds nothing above it, and aliasing within the sensor cannot be detected.',
     )
     return RecordedSpectrum(part, replace(found, peaks=peaks), notes)

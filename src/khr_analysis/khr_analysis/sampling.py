@@ -134,7 +134,7 @@ def _cleaned(stamps: Stamps, values: Array, notes: list[str]) -> tuple[Stamps, A
 
 
 def _longest(stamps: Stamps, notes: list[str]) -> tuple[int, int]:
-    """Return begin and end of the longest stretch whose timestamps go on without a gap."""
+    """Return start and end of the longest stretch of timestamps without a gap."""
     steps = np.diff(stamps).astype(np.float64)
     forward = steps[(steps > 0) & (steps < YEAR)]
     if not len(forward):

@@ -170,9 +170,9 @@ class RecorderNode(Listener):
     def _time_of(self, topic: Topic, data: bytes) -> int:
         """Return the time of recording, ns: the timestamp of the message, if it has one.
 
-        Topics arrive up to some seconds apart, so that the clock heard last would mislead tools
-        that show the times of recording. A timestamp of another clock than that of the run does not
-        count.
+        Topics arrive up to some seconds apart, so that the time of the last clock message would
+        mislead tools that show the times of recording. A timestamp of another clock than the run's
+        does not count.
         """
         if topic.kind not in STAMPED:
             return self.now_ns
