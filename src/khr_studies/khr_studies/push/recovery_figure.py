@@ -66,7 +66,7 @@ def capture_point() -> Figure:
 
 def _motion(force: float, omega: float, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return times, s, and the capture point beyond the front edge of the feet, mm."""
-    rise = force * ROBOT.length / (ROBOT.weight)
+    rise = force * ROBOT.length / ROBOT.weight
     steps = {'one step': 1, 'two steps': 2, 'endless steps': 100}.get(name, 0)
     time = np.arange(0.0, SHOWN, 0.001)
     beyond = -ROBOT.half_foot * np.exp(omega * time) + rise * (

@@ -279,7 +279,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
         quiet: whether to hide the progress.
 
     Raises:
-        KhrError, KhrError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
     check_workers(jobs, '--workers')
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)
