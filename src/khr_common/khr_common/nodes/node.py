@@ -85,6 +85,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self.closed = False
         self._refused: Counter[tuple[Topic, str]] = Counter()
         self._unmatched: dict[Topic, Callable[[QoSProfile], object]] = {}
+        self._matching: Timer | None = None
         for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
@@ -231,7 +232,7 @@ class KhrNode(Node):  # type: ignore[misc]
             topic: from which no message has come yet; see :meth:`matched`.
             subscription: creates a subscription of the given quality of service.
         """
-        if not self._unmatched:
+        if self._matching is None:
             self._matching = self.by_wall_clock(MATCH_PERIOD, self._match)
         self._unmatched[topic] = subscription
 
@@ -251,8 +252,9 @@ class KhrNode(Node):  # type: ignore[misc]
                     f'{topic.name}: published best effort: subscribed best effort, samples may '
                     'be lost'
                 )
-        if not self._unmatched:
+        if not self._unmatched and self._matching is not None:
             self._matching.cancel()
+            self._matching = None
 
     def _report_refused(self) -> None:
         self._publish_health(
