@@ -164,19 +164,25 @@ class RecorderNode(Listener):
                 self.received(stamp_ns)
         recording = self._recording
         if recording is not None and name in recording.counts:
-            time_ns = self._time_of(topic, data)
+            time_ns = self._time_of(topic, data, stamp_ns)
             self._attempt(lambda: recording.write(name, data, time_ns))
 
-    def _time_of(self, topic: Topic, data: bytes) -> int:
+    def _time_of(self, topic: Topic, data: bytes, stamp_ns: int) -> int:
         """Return the time of recording, ns: the timestamp of the message, if it has one.
 
         Topics arrive up to some seconds apart, so that the time of the last clock message would
         mislead tools that show the times of recording. A timestamp of another clock than the run's
         does not count.
+
+        Args:
+            topic: of the message.
+            data: the message.
+            stamp_ns: its timestamp, ns; -1 if it has not been read.
         """
         if topic.kind not in STAMPED:
             return self.now_ns
-        stamp_ns = cdr.clock(little_endian(data, message_class(topic.kind)))
+        if stamp_ns < 0:
+            stamp_ns = cdr.clock(little_endian(data, message_class(topic.kind)))
         return stamp_ns if stamp_ns and abs(stamp_ns - self.now_ns) < SAME_CLOCK else self.now_ns
 
     def _check(self, name: str, data: bytes) -> int:
