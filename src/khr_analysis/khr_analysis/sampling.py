@@ -219,7 +219,7 @@ def _on_grid(times: Array, values: Array) -> Samples:
 
 
 def _resampled(times: Array, values: Array, rate: str) -> Samples:
-    """Interpolate samples at uneven times, finely enough that no frequency folds."""
+    """Interpolate samples at uneven times, finely enough to avoid aliasing."""
     times, index = np.unique(times, return_index=True)
     values = values[index]
     steps = np.diff(times)

@@ -96,7 +96,7 @@ class SensorWatch:
         return ''
 
     def _others(self, topic: Topic, name: str) -> list[str]:
-        """Return published topics of the same type that are none of the robot's."""
+        """Return published topics of the same type that do not belong to the robot."""
         own = {self._node.resolve_topic_name(each.name) for each in self._stamps}
         return [
             other

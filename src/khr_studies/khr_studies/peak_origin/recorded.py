@@ -105,10 +105,10 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     title = scenario.title or name
     signal = f'pitch rate, by the {"true rate of the torso" if simulated else "gyro"}'
     begin, end = _cycles(gait, *samples.span) if walks else (0.0, 0.0)
-    if end - begin < gait.cycle_period - samples.period:  # none is whole
+    if end - begin < gait.cycle_period - samples.period:  # no whole cycle
         whole = recorded_spectrum(samples)
-        none = ('No whole cycle of the gait: the lines have no place in it.',) if walks else ()
-        notes = (*none, *whole.notes)
+        unplaced = ('No whole cycle of the gait: the lines have no place in it.',) if walks else ()
+        notes = (*unplaced, *whole.notes)
         lines, cycle = whole.spectrum, 0.0
     else:
         part = within(samples, begin, end)
