@@ -46,6 +46,10 @@ def servo_loop_numbers() -> str:
     pair = [ringing_frequency(*light, form) for form in ('published', 'physical')]
     light_loop = ServoLoop(*light, form='published')
     a0 = [replace(light_loop, form=form).tone_amplitude(tone) for form in FORMS]
+    b0 = [
+        replace(light_loop, form=form).ring_amplitude(math.radians(1.0), 0.0, GAIT_FREQUENCY)
+        for form in FORMS
+    ]
     return '\n'.join(
         [
             f'- The identified servo at K_A = 15: B_f = {loop.feedback_damping:.2f} N m s/rad; the '
@@ -54,6 +58,8 @@ def servo_loop_numbers() -> str:
             f'{pair[0]:.2f}, exact {pair[1]:.2f} Hz.',
             f'- (5.13) there for 3 deg at f_0: printed {math.degrees(a0[0]):.4f} deg, '
             f'exact {math.degrees(a0[1]):.3f} deg (the numerator K is missing).',
+            f'- (5.14) there from 1 deg at rest: printed {math.degrees(b0[0]):.2f} deg (its second term is '
+            f'not squared, and its frequency is that of the gait), exact {math.degrees(b0[1]):.3f} deg.',
             '- (5.11) by residues against integration, and against its closed form with exact terms: '
             f'largest difference below {max(1e-9, float(others[0])):.0e} and '
             f'{max(1e-12, float(others[1])):.0e} rad.',

@@ -148,6 +148,42 @@ class ServoLoop:
             self.stiffness - self.inertia * angular**2, self.feedback_damping * angular
         )  # (5.13)
 
+    def ring_amplitude(self, value: float, rate: float, frequency: float) -> float:
+        """Return b_0 (5.14), the amplitude at t = 0 of the decaying oscillation of (5.11).
+
+        The printed form has the frequency f_0 of the gait instead of f_A0, and does not square the
+        second term, so the units of its terms differ.
+
+        Args:
+            value: of the oscillation at t = 0, in the unit of the result.
+            rate: its time derivative there.
+            frequency: f_0, Hz; the printed form alone uses it.
+
+        Raises:
+            KhrError: if the loop does not ring, or the printed root is not real.
+        """
+        if self.form == 'published':
+            positive('frequency', frequency)
+            angular = 2.0 * math.pi * frequency
+            squared = ((self.decay_rate / 2.0 * value + rate) / angular) ** 2 + value
+            non_negative('square of b_0', squared)
+            return math.sqrt(squared)
+        return math.hypot((rate + self.decay_rate * value) / self._ringing(), value)
+
+    def _ringing(self) -> float:
+        """Return 2 pi f_A0, rad/s.
+
+        Raises:
+            KhrError: if the loop does not ring, so that (5.11) has no b_0 term.
+        """
+        ringing = 2.0 * math.pi * self.ringing_frequency
+        if ringing == 0.0:
+            raise KhrError(
+                f'damping: {self.damping!r} leaves no ringing; accepted: below the '
+                'value at which f_A0 of (5.12) is 0'
+            )
+        return ringing
+
 
 def response_by_residues(loop: ServoLoop, tones: Sequence[Tone], time: Array) -> Array:
     """Return the response from rest to a sum of tones by inverse Laplace transform.
@@ -215,12 +251,7 @@ def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
     Raises:
         KhrError: if the loop does not ring, so that (5.11) has no b_0 term.
     """
-    ringing = 2.0 * math.pi * loop.ringing_frequency
-    if ringing == 0.0:
-        raise KhrError(
-            f'damping: {loop.damping!r} leaves no ringing; accepted: below the '
-            'value at which f_A0 of (5.12) is 0'
-        )
+    ringing = loop._ringing()
     angular = 2.0 * math.pi * tone.frequency
     amplitude = loop.tone_amplitude(tone)
     phase = tone.phase + float(np.angle(loop.gain_at(tone.frequency)))

@@ -168,6 +168,25 @@ def test_the_closed_form_as_printed_starts_from_rest_but_is_another_curve():
     assert np.max(np.abs(curve - response_by_residues(printed, [TONE], TIME))) > 0.05
 
 
+def test_b0_is_the_envelope_of_the_ringing_from_its_value_and_rate():  # (5.14)
+    steady = LOOP.gain_at(TONE.frequency) * TONE.amplitude
+    angular = 2.0 * math.pi * TONE.frequency
+    time = TIME[TIME < 0.3]
+    tone = np.real(steady * np.exp(1j * angular * time))
+    ringing = response_by_residues(LOOP, [TONE], time) - tone
+    envelope = np.abs(ringing * np.exp(LOOP.decay_rate * time))
+    rate = np.gradient(ringing, time, edge_order=2)[0]
+    b0 = LOOP.ring_amplitude(ringing[0], rate, TONE.frequency)
+    assert b0 > abs(ringing[0])
+    assert b0 == pytest.approx(envelope.max(), rel=0.01)
+
+
+def test_b0_as_printed_has_the_frequency_of_the_gait_and_does_not_square_the_value():
+    printed = ServoLoop(0.141, 0.9, 151.0, 0.05, 'published')
+    first = 0.85 / (4.0 * math.pi * 0.141 * 1.73) * 0.2 + 0.3 / (2.0 * math.pi * 1.73)
+    assert printed.ring_amplitude(0.2, 0.3, 1.73) == pytest.approx(math.sqrt(first**2 + 0.2))
+
+
 def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
     limit = LOOP.damping / LOOP.gain
     sweep = sweep_stiffness(LOOP, np.array([0.6, 0.8, 0.95, 1.05]) * limit, TONE)
@@ -188,6 +207,10 @@ def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
         (lambda: Tone(1.0, 0.0), 'frequency'),
         (lambda: LOOP.gain_at(-1.0), 'frequency'),
         (lambda: response_published(replace(LOOP, gain=0.0), TONE, TIME), 'damping'),
+        (
+            lambda: replace(LOOP, form='published').ring_amplitude(-1e-6, 0.0, 1.73),
+            'square of b_0',
+        ),
         (lambda: sweep_stiffness(LOOP, [100.0, 0.0], TONE), 'stiffness'),
     ],
 )
