@@ -159,19 +159,17 @@ def ankle_on_soles(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 
 
 def ankle_and_hip_on_soles(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
-    """Draw walks with ankle and hip control on smooth soles beside rubber soles."""
-    return _soles('5.14', runs, walking(12.0, 12.0), None, rate)
+    """Draw walks with hip control on smooth soles, with two gains, beside rubber soles."""
+    return _soles('5.14', runs, walking(12.0, 12.0), walking(12.0, 14.0), rate)
 
 
 def _soles(
-    number: str, runs: Mapping[str, Runs], of: Condition, more: Condition | None, rate: Rate
+    number: str, runs: Mapping[str, Runs], of: Condition, more: Condition, rate: Rate
 ) -> Figure:
     """Draw spectra, phases and slip on both soles, on the thesis's slope and a gentler one."""
     walks = group_by_walk(runs['walk_soles'])
     rubber = walking(of.ankle_gain, of.hip_gain, RUBBER)
-    names = {of: of.surface, rubber: RUBBER}
-    if more:
-        names[more] = f'{more.surface}, {gains_label(more)}'
+    names = {of: of.surface, rubber: RUBBER, more: f'{more.surface}, {gains_label(more)}'}
     steepest, *gentler = sorted({phi for phi, each in walks if each == of}, reverse=True)
     survived = (phi for phi in gentler if _any_up(walks[phi, of]) and _any_up(walks[phi, rubber]))
     shown = [steepest, next(survived, gentler[-1])]
@@ -197,16 +195,9 @@ def _soles(
     return figure
 
 
-def _sole_titles(phi: float, more: Condition | None) -> list[str | None]:
+def _sole_titles(phi: float, more: Condition) -> list[str]:
     slope = f'φ = {phi:g}°'
-    if more is None:
-        return [slope, f'{slope}, phase', f'{slope}, slip', None]
-    return [
-        slope,
-        f'{slope}, smooth with {gains_label(more)}',
-        f'{slope}, phase',
-        f'{slope}, slip',
-    ]
+    return [slope, f'{slope}, {gains_label(more)}', f'{slope}, phase', f'{slope}, slip']
 
 
 def _draw_soles(
@@ -217,16 +208,16 @@ def _draw_soles(
     rate: Rate,
 ) -> None:
     """Draw the panels of one slope: smooth beside rubber, and any other gain beside rubber."""
-    amplitude, *others, phase, slip = axes
-    smooth, rubber, *more = names
+    amplitude, of_more, phase, slip = axes
+    smooth, rubber, more = names
     both = (smooth, rubber)
     if not any(_any_up(walks[phi, of]) for of in both):
         phase.annotate('every seed lost', (0.5, 0.5), xycoords='axes fraction', ha='center')
-    for axis, pair in [(amplitude, both), *((axis, (*more, rubber)) for axis in others)]:
+    for axis, pair in ((amplitude, both), (of_more, (more, rubber))):
         curves = [(walks[phi, of], names[of], look) for of, look in zip(pair, LOOKS, strict=False)]
         marks = [((phi, of), color) for of, color in zip(pair, COLORS, strict=False)]
         draw_spectra(axis, curves, marks, rate)
-        legend_above(axis, columns=1 if axis in others else 2)
+        legend_above(axis, columns=1 if axis is of_more else 2)
     dots = [
         (walks[phi, of], names[of], {'color': color})
         for of, color in zip(both, COLORS, strict=False)
