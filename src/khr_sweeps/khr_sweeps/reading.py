@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.control_text import title_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.text.quoting import named
@@ -81,7 +82,7 @@ def parse_sweep(text: str, file: str, fast: bool = False) -> Sweep:
     Raises:
         KhrError: as :func:`load_sweep`.
     """
-    return sweep_from(read_yaml(text, file), file, scenarios.title_of(text), fast)
+    return sweep_from(read_yaml(text, file), file, title_of(text), fast)
 
 
 def sweep_from(given: Any, file: str, title: str = '', fast: bool = False) -> Sweep:

@@ -6,6 +6,8 @@ angles and checked against the robot once; playback only evaluates a spline.
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,8 +16,9 @@ from khr_balance import joints
 from khr_balance.errors import GaitError, UnreachableError
 from khr_balance.gaits.body import ROBOT, Array, forward
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.gaits.gait_plan import Plan, plan_motion
+from khr_balance.gaits.gait_plan import plan_motion
 from khr_balance.gaits.kinematics import leg_angles
+from khr_balance.gaits.plan import JointPlan, Plan
 from khr_balance.gaits.splines import ClampedSpline
 from khr_common.published import NO_LOAD_SPEED
 
@@ -47,11 +50,11 @@ class Gait:
         self._cycles = plan.cycles
         count = max(2, round(self.duration / _GRID) + 1)
         time = np.linspace(0.0, self.duration, count)
-        angles = _solve(parameters, plan, time)
+        angles = _angles(parameters, plan, time)
         spline = ClampedSpline(time, angles)
         self._starts, self._pieces = time[:-1], spline.pieces
-        _check_ranges(time, angles)
-        _check_speeds(time, spline.slopes)
+        _check_ranges(plan, time, angles)
+        _check_speeds(plan, time, spline.slopes)
 
     def reference(self, time: float) -> tuple[float, ...]:
         """Return the 17 joint angles (rad) at ``time`` (s), constant before 0 and after the end."""
@@ -92,6 +95,17 @@ def gait_of(parameters: GaitParameters) -> Gait:
     return Gait(parameters)
 
 
+def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> Array:
+    """Return the (N, 17) angles of a plan."""
+    if isinstance(plan, Plan):
+        return _solve(parameters, plan, time)
+    standing = replace(parameters, motion='stand')
+    angles = np.tile(gait_of(standing).reference(0.0), (len(time), 1))
+    for joint, path in plan.angles.items():
+        angles[:, joints.INDEX[joint]] = path(time)
+    return angles
+
+
 def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
     """Return the (N, 17) angles that move the centre of mass along its planned path.
 
@@ -111,7 +125,7 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
                     _to_torso(attitude, sole.normal(time)),
                 )
             except UnreachableError as error:
-                raise GaitError(f'{error} (at {time[error.index]:.2f} s)') from error
+                raise GaitError(f'{error} ({_at(plan, time[error.index])})') from error
         found = torso + np.einsum('nij,nj->ni', attitude, forward(angles).centre_of_mass)
         miss = centre - found[:, :2]
         if np.max(np.abs(miss)) < _TOLERANCE:
@@ -133,21 +147,31 @@ def _arms(parameters: GaitParameters) -> Array:
     return angles
 
 
-def _check_ranges(time: Array, angles: Array) -> None:
+def _at(plan: Plan | JointPlan, time: float) -> str:
+    """Return a time as text, with the key frames of a file around it."""
+    text = f'at {time:.2f} s'
+    if not plan.frames:
+        return text
+    place = bisect_right(plan.frames, time, key=lambda frame: frame[0])
+    around = plan.frames[max(0, min(place, len(plan.frames) - 1) - 1) :][:2]
+    return f'{text} of the run, frames {around[0][1]} to {around[-1][1]}'
+
+
+def _check_ranges(plan: Plan | JointPlan, time: Array, angles: Array) -> None:
     low, high = ROBOT.limits().T
     excess = np.maximum(low - angles, angles - high)
     step, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[step, joint] > 0.0:
         raise GaitError(
-            f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad at {time[step]:.2f} s is not '
+            f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad {_at(plan, time[step])} is not '
             f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad'
         )
 
 
-def _check_speeds(time: Array, speeds: Array) -> None:
+def _check_speeds(plan: Plan | JointPlan, time: Array, speeds: Array) -> None:
     step, joint = np.unravel_index(int(np.argmax(np.abs(speeds))), speeds.shape)
     if abs(speeds[step, joint]) > NO_LOAD_SPEED:
         raise GaitError(
-            f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s at {time[step]:.2f} s is '
+            f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s {_at(plan, time[step])} is '
             f'not accepted; accepted: up to {NO_LOAD_SPEED} rad/s, the speed of its servo'
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from khr_common import parameter
 from khr_common.published import GAIT_PERIOD
@@ -21,7 +22,29 @@ class GaitParameters:
     are assumed; the hips are 3 mm lower, otherwise the rear leg is too short.
     """
 
-    motion: str = parameter('walk', 'Motion to play back.', choices=('stand', 'walk', 'leg_lift'))
+    motion: str = parameter(
+        'walk', 'Motion to play back.', choices=('stand', 'walk', 'leg_lift', 'file')
+    )
+    motion_file: str = parameter(
+        '', 'File: CSV or YAML file of key frames, relative to the scenario.', read_only=True
+    )
+    frames: str = parameter(
+        '', 'File: the key frames as CSV, read from ``motion_file``.', read_only=True
+    )
+    between: str = parameter(
+        'rest',
+        'File: joints or centre of mass rest at every key frame, or pass it smoothly.',
+        choices=('rest', 'smooth'),
+    )
+    repeat: tuple[float, ...] = parameter(
+        (0.0, 0.0),
+        'File: times of the first and last frame of the part that is played ``cycles`` times; '
+        'equal: no part.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+        length=2,
+    )
     start_delay: float = parameter(
         1.0, 'Duration of the stance before the motion.', unit='s', minimum=0.0, maximum=60.0
     )
@@ -126,7 +149,8 @@ class GaitParameters:
     )
     cycles: int = parameter(
         4,
-        'Walk: number of whole cycles between the first and the last half cycle.',
+        'Walk: number of whole cycles between the first and the last half cycle. File: number of '
+        'times that the part ``repeat`` is played.',
         minimum=0,
         maximum=1000,
     )
@@ -175,3 +199,10 @@ class GaitParameters:
     hold_time: float = parameter(
         3.0, 'Leg lift: time with the foot lifted.', unit='s', minimum=0.0, maximum=600.0
     )
+
+    @property
+    def label(self) -> str:
+        """Return the name of the motion as text; that of its file if it has one."""
+        return (
+            Path(self.motion_file).stem if self.motion == 'file' else self.motion.replace('_', ' ')
+        )

@@ -1,23 +1,16 @@
-"""Plan a motion in the stance plane: paths of the soles, the centre of mass and the torso.
-
-The frame of the plane has x forward, y to the left and z along the normal, with the origin midway
-between the centres of the soles in the first stance. Paths map (N,) times to (N, ...) arrays.
-"""
+"""Plan standing, the leg lift and the walk in the stance plane."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from khr_balance.gaits.body import HIP_DROP, SOLE_DROP, TOE_X, Array
+from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.gaits.splines import ClampedSpline, RestingPath
-
-Path = Callable[[Array], Array]
-SAMPLE, RAISED = 0.005, 0.0005  # s between samples, and m from which on a foot is in the air
+from khr_balance.gaits.plan import JointPlan, Plan, Sole
+from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, RestingPath
 
 
 class Key(NamedTuple):
@@ -27,94 +20,15 @@ class Key(NamedTuple):
     place: float
 
 
-@dataclass(frozen=True)
-class Sole:
-    """The path of a sole: position of the flat sole, and pitch on its toe.
+def plan_motion(parameters: GaitParameters) -> Plan | JointPlan:
+    """Return the plan of the motion in the parameters.
 
-    Attributes:
-        x, z: position of the centre of a flat sole with the same toe, m.
-        y: lateral position, m.
-        pitch: toe down, rad; never negative, so that z is the height of the lowest point.
+    Raises:
+        GaitError: if key frames are not accepted.
     """
-
-    y: float
-    x: Path
-    z: Path
-    pitch: Path
-
-    def centre(self, time: Array) -> Array:
-        """Return the (N, 3) centre of the sole."""
-        pitch = self.pitch(time)
-        return np.column_stack(
-            [
-                self.x(time) + TOE_X * (1.0 - np.cos(pitch)),
-                np.full(len(time), self.y),
-                self.z(time) + TOE_X * np.sin(pitch),
-            ]
-        )
-
-    def normal(self, time: Array) -> Array:
-        """Return the (N, 3) normal of the sole."""
-        pitch = self.pitch(time)
-        return np.column_stack([np.sin(pitch), np.zeros(len(time)), np.cos(pitch)])
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The planned paths of soles, centre of mass and torso.
-
-    Attributes:
-        duration: s.
-        sole: path of each sole, by side.
-        com: ground projection of the centre of mass, x and y, m.
-        torso_roll, torso_pitch: attitude of the torso, rolled first, then pitched, rad.
-        hip_height: hip-pitch axes above ankle-pitch axes while the torso is upright, m.
-        cycles: start and end of each whole cycle of a walk, s.
-    """
-
-    duration: float
-    sole: dict[str, Sole]
-    com: tuple[Path, Path]
-    torso_roll: Path
-    torso_pitch: float
-    hip_height: float
-    cycles: tuple[tuple[float, float], ...] = ()
-
-    def swings(self, side: str) -> list[tuple[float, float]]:
-        """Return when a foot is in the air: start and end of each time, s."""
-        time = np.arange(0.0, self.duration, SAMPLE)
-        raised = np.diff(self.sole[side].z(time) > RAISED, prepend=False, append=False)
-        return [
-            (float(start), float(end))
-            for start, end in SAMPLE * np.flatnonzero(raised).reshape(-1, 2)
-        ]
-
-    def centre_of_mass(self, time: Array) -> Array:
-        """Give the (N, 2) ground projection of the centre of mass."""
-        return np.column_stack([path(time) for path in self.com])
-
-    def torso(self, time: Array) -> Array:
-        """Give the (N, 3, 3) attitude of the torso."""
-        roll, pitch = self.torso_roll(time), np.full(len(time), self.torso_pitch)
-        zero, one = np.zeros_like(roll), np.ones_like(roll)
-        c, s, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
-        about_x = np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
-        about_y = np.array([[cp, zero, sp], [zero, one, zero], [-sp, zero, cp]])
-        attitude: Array = np.einsum('ijn,jkn->nik', about_y, about_x)
-        return attitude
-
-    def torso_height(self, time: Array) -> Array:
-        """Return the (N,) height of the torso's origin above the plane of the soles."""
-        return self.hip_height + HIP_DROP + SOLE_DROP + HIP_DROP * self.torso(time)[:, 2, 2]
-
-
-def plan_motion(parameters: GaitParameters) -> Plan:
-    """Return the plan of the motion in the parameters."""
+    if parameters.motion == 'file':
+        return plan_from_file(parameters)
     return {'stand': _stand, 'walk': _walk, 'leg_lift': _leg_lift}[parameters.motion](parameters)
-
-
-def _still(place: float) -> Path:
-    return lambda time: np.full(len(time), place)
 
 
 def _rests(keys: Sequence[Key]) -> Path:
@@ -132,11 +46,11 @@ def _stand(p: GaitParameters) -> Plan:
     return Plan(
         duration=p.start_delay + p.end_pause,
         sole={
-            'l': Sole(half, _still(0.0), _still(0.0), _still(0.0)),
-            'r': Sole(-half, _still(0.0), _still(0.0), _still(0.0)),
+            'l': Sole(half, ConstantPath(0.0), ConstantPath(0.0), ConstantPath(0.0)),
+            'r': Sole(-half, ConstantPath(0.0), ConstantPath(0.0), ConstantPath(0.0)),
         },
-        com=(_still(p.com_stance), _still(0.0)),
-        torso_roll=_still(0.0),
+        com=(ConstantPath(p.com_stance), ConstantPath(0.0)),
+        torso_roll=ConstantPath(0.0),
         torso_pitch=p.torso_pitch,
         hip_height=p.hip_height,
     )
@@ -156,17 +70,17 @@ def _leg_lift(p: GaitParameters) -> Plan:
 
     def raised(side: str) -> Path:
         if side != p.first_foot[0]:
-            return _still(0.0)
+            return ConstantPath(0.0)
         held = [Key(down, p.lift)] if down > up else []
         return _rests([Key(shifted, 0.0), Key(up, p.lift), *held, Key(back, 0.0)])
 
     return Plan(
         duration=end + p.end_pause,
         sole={
-            'l': Sole(half, _still(0.0), raised('l'), _still(0.0)),
-            'r': Sole(-half, _still(0.0), raised('r'), _still(0.0)),
+            'l': Sole(half, ConstantPath(0.0), raised('l'), ConstantPath(0.0)),
+            'r': Sole(-half, ConstantPath(0.0), raised('r'), ConstantPath(0.0)),
         },
-        com=(_still(p.com_stance), shift(stance_side * (half - p.lift_com_inboard))),
+        com=(ConstantPath(p.com_stance), shift(stance_side * (half - p.lift_com_inboard))),
         torso_roll=shift(-stance_side * p.lift_torso_roll),
         torso_pitch=p.torso_pitch,
         hip_height=p.hip_height,
@@ -246,7 +160,7 @@ class _Walk:
             duration=finish + p.end_pause,
             sole=sole,
             com=(_flows(com_x), _flows(self._com_y)),
-            torso_roll=_still(0.0),
+            torso_roll=ConstantPath(0.0),
             torso_pitch=p.torso_pitch,
             hip_height=p.hip_height,
             cycles=tuple(

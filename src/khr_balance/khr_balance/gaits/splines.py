@@ -6,11 +6,40 @@ SciPy also has splines, but its import takes 0.5 s in every process that plans a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Keys = list[tuple[float, float]]
+
+
+class Path(Protocol):
+    """A position over time."""
+
+    @property
+    def keys(self) -> Keys:
+        """Return the times and positions that determine the path."""
+
+    def __call__(self, time: Array, /) -> Array:
+        """Return the positions (N,) at times (N,)."""
+
+
+class ConstantPath:
+    """A path that stays in one place."""
+
+    def __init__(self, place: float) -> None:
+        self._place = place
+
+    @property
+    def keys(self) -> Keys:
+        """Return one key at time 0."""
+        return [(0.0, self._place)]
+
+    def __call__(self, time: Array) -> Array:
+        """Return the place at each of the times (M,)."""
+        return np.full(len(time), self._place)
 
 
 class ClampedSpline:
@@ -28,6 +57,7 @@ class ClampedSpline:
 
     def __init__(self, times: Sequence[float] | Array, values: Sequence[float] | Array) -> None:
         self._times, places = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+        self._places = places
         step = np.diff(self._times).reshape(-1, *[1] * (places.ndim - 1))
         mean = np.diff(places, axis=0) / step
         self.slopes = _slopes(np.diff(self._times).tolist(), mean)
@@ -41,6 +71,11 @@ class ClampedSpline:
             ],
             axis=1,
         )
+
+    @property
+    def keys(self) -> Keys:
+        """Return the times and positions that it passes."""
+        return list(zip(self._times.tolist(), self._places.tolist(), strict=True))
 
     def __call__(self, time: Array) -> Array:
         """Return the values (M,) or (M, n) at times (M,), constant beyond both ends."""
@@ -62,6 +97,11 @@ class RestingPath:
 
     def __init__(self, times: Sequence[float], places: Sequence[float]) -> None:
         self._times, self._places = np.array(times, dtype=float), np.array(places, dtype=float)
+
+    @property
+    def keys(self) -> Keys:
+        """Return the times and positions that it passes."""
+        return list(zip(self._times.tolist(), self._places.tolist(), strict=True))
 
     def __call__(self, time: Array) -> Array:
         """Return the positions (M,) at times (M,), constant beyond both ends."""

@@ -9,6 +9,7 @@ from typing import Any
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.node_registry import controllers
+from khr_common.text.quoting import LONGEST
 
 STATED = re.compile(r'(ankle|hip) gain|no control|without control|K_[AH] ')  # parts of a title
 SET = re.compile(r'(\w+)\.(gain|enabled)=')  # changes that the text of the controls covers
@@ -22,6 +23,12 @@ def control_of(scenario: Any) -> str:
     others = scenario.answers[1:]
     words += [name for name in others if name not in ('ankle_controller', 'hip_controller')]
     return ', '.join(words) or 'without control'
+
+
+def title_of(text: str) -> str:
+    """Return the first line of a file's text if it is a comment, at most 200 characters."""
+    first = text.lstrip().splitlines()[0] if text.strip() else ''
+    return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
 def title_with_changes(scenario: Any, texts: Iterable[str]) -> str:

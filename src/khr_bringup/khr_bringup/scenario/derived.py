@@ -44,8 +44,9 @@ def derived(values: Values, node: str) -> dict[str, Any]:
 
     All nodes share the simulator's control period and seed; a driver inherits every simulator
     parameter that it declares. The analyser's window is one gait cycle, and f_0 is four times its
-    frequency. A leg lift that begins on level ground starts when the slope has reached its
-    inclination and the robot is at rest. The monitor averages until the motion ends.
+    frequency. A leg lift or a motion from a file that begins on level ground starts when the slope
+    has reached its inclination and the robot is at rest. The monitor averages until the motion
+    ends.
     """
     simulator, known = values.get('simulator', {}), specifications(table_of(node))
     in_its_place = node == RUN_PHASE.name or spec_of(node).drives
@@ -56,7 +57,7 @@ def derived(values: Values, node: str) -> dict[str, Any]:
         follows = OF_CYCLE.get(node, {})
         found |= {key: rule(gait['cycle_period']) for key, rule in follows.items()}
     motion = values.get(node, {}).get('motion')
-    if motion == 'leg_lift' and simulator.get('level_start'):
+    if motion in ('leg_lift', 'file') and simulator.get('level_start'):
         found['start_delay'] = start_of_lift(simulator.get('inclination_deg', 0.0))
     if node == MONITOR.name:
         try:

@@ -14,10 +14,11 @@ from typing import Any, TypeVar
 import yaml
 
 from khr_bringup.node_registry import controllers, node_of, registry, short_name, table_of
-from khr_bringup.scenario.control_text import title_with_changes
+from khr_bringup.scenario.control_text import title_of, title_with_changes
 from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.installed_engine import with_installed_engine
+from khr_bringup.scenario.motion_file import with_motion
 from khr_common import ParameterError, build, check, specifications
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
@@ -99,6 +100,8 @@ class Scenario:
             KhrError: if a node or key is unknown or a value is not accepted.
         """
         values = {node: dict(keys) for node, keys in self.values.items()}
+        if (GAIT, 'motion_file') in changes:  # its frames are read
+            values.get(GAIT, {}).pop('frames', None)
         for (node, key), value in changes.items():
             values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
         return replace(self, values=_consistent(self.name, values))
@@ -204,13 +207,7 @@ def parse(text: str, file: str, name: str) -> Scenario:
         if known in values:
             raise KhrError(f'{file}: {known}: given twice; accepted: one block per node')
         values[known] = _node_values(file, node, body)
-    return Scenario(name, _consistent(file, values), title_of(text))
-
-
-def title_of(text: str) -> str:
-    """Return the first line of a file's text if it is a comment, at most 200 characters."""
-    first = text.lstrip().splitlines()[0] if text.strip() else ''
-    return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
+    return Scenario(name, _consistent(file, values, Path(file).parent), title_of(text))
 
 
 def find_scenario(name: str, sought: str = 'scenario') -> Path:
@@ -329,7 +326,7 @@ def _checked(file: str, node: str, key: str, value: Any) -> Any:
         raise KhrError(f'{file}: {node}: {error}') from error
 
 
-def _consistent(file: str, values: Values) -> Values:
+def _consistent(file: str, values: Values, folder: Path = Path()) -> Values:
     for node, keys in values.items():
         try:
             build(table_of(node), keys)
@@ -342,7 +339,7 @@ def _consistent(file: str, values: Values) -> Values:
                     f'{file}: {node}: staged: True is not accepted; accepted: '
                     'False while the mode of stage is none'
                 )
-    return values
+    return with_motion(file, values, folder)
 
 
 def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:

@@ -60,7 +60,7 @@ class Overlay:
             self._controls.append((each.time, control_of(changed)))
         self._kept = kept
         self._balance = BalanceModel(Robot.load(), scenario.table(RunParameters))
-        motion = scenario.table(GaitParameters).motion.replace('_', ' ')
+        motion = scenario.table(GaitParameters).label
         self._what = f'{motion}, {scenario.table(RunParameters).surface}'
         self._outcome = kept[-1].outcome
         self._time = np.array([frame.time for frame in kept])

@@ -43,6 +43,8 @@ def motion_of(parameters: GaitParameters) -> GaitMotion:
         return STANDING
     if parameters.motion == 'walk':
         return GaitMotion('walking', end, parameters.cycle_period, swings(parameters))
+    if parameters.motion == 'file':
+        return GaitMotion(f'moving by {parameters.label}', end, swings=swings(parameters))
     return GaitMotion('lifting a leg', end, swings=swings(parameters))
 
 

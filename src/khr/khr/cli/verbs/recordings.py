@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption, run_named
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_sweeps.progress import ProgressBar
@@ -94,14 +95,26 @@ def recover_bag(
 
 def export(
     run: Annotated[
-        Path, typer.Argument(help='A run folder, or its bag; "last" is the newest run.')
+        Path,
+        typer.Argument(
+            help='A run folder, or its bag; "last" is the newest run. With --motion also a scenario.'
+        ),
     ],
     out: Annotated[
         Path | None,
-        typer.Option(help='The file, .csv or .parquet; RUN.csv in this folder by default.'),
+        typer.Option(
+            help='The file, .csv or .parquet (with --motion .csv or .yaml); RUN.csv in this folder '
+            'by default.'
+        ),
     ] = None,
+    motion: Annotated[
+        bool, typer.Option(help='Write the key frames of the motion instead.')
+    ] = False,
 ) -> None:
     """Write joints, pose, forces, corrections and balance of a run over time as CSV or Parquet."""
+    if motion:
+        _export_motion(str(run), out)
+        return
     import pyarrow
     import pyarrow.csv
     import pyarrow.parquet
@@ -121,6 +134,20 @@ def export(
     with written(file) as part:
         writers[file.suffix](table, part)
     print(file)
+
+
+def _export_motion(run: str, out: Path | None) -> None:
+    """Write the key frames of a scenario or run, and print how a scenario names them."""
+    from khr.runs import load
+    from khr_bringup.scenario.motion_file import write_motion
+    from khr_bringup.scenario.scenario import load_scenario
+
+    folder = run_named(run)
+    scenario = load(folder).scenario if folder.is_dir() else load_scenario(run)
+    file = out or Path(f'{folder.name.removesuffix(".yaml")}.csv')
+    settings = write_motion(scenario.table(GaitParameters), file)
+    print(file)
+    print('play it with ' + ' '.join(f'--set {each}' for each in settings))
 
 
 def _filmed(run: str) -> str:

@@ -1,0 +1,79 @@
+import pytest
+
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.motion_file import write_motion
+from khr_bringup.scenario.scenario import load_scenario, parse
+from khr_common.errors import KhrError
+
+SCENARIO = 'gait:\n  ros__parameters: {motion: file, motion_file: knee.csv}\n'
+
+
+def played(scenario, file):
+    """Return a scenario that plays its own motion from a file."""
+    return scenario.set_to(write_motion(scenario.table(GaitParameters), file))
+
+
+@pytest.mark.parametrize('ending', ['csv', 'yaml'])
+@pytest.mark.parametrize('name', ['walk_7.68deg_ka12', 'lift_8.88deg_ka14'])
+def test_the_own_motion_from_a_file_has_the_same_angles_bit_for_bit(name, ending, tmp_path):
+    scenario = load_scenario(name)
+    copy = played(scenario, tmp_path / f'motion.{ending}')
+    built_in, own = (gait_of(each.table(GaitParameters)) for each in (scenario, copy))
+    assert own.duration == built_in.duration
+    steps = range(round(own.duration / 0.015))
+    assert [own.reference(0.015 * n) for n in steps] == [
+        built_in.reference(0.015 * n) for n in steps
+    ]
+
+
+@pytest.mark.slow
+def test_the_walk_from_a_file_has_the_trajectory_of_the_walk(tmp_path):
+    scenario = load_scenario('walk_0deg').set_to(['gait.cycles=1'])
+    copy = played(scenario, tmp_path / 'walk.csv')
+    assert run_offline(copy).trajectory_hash == run_offline(scenario).trajectory_hash
+
+
+def test_the_scenario_holds_the_frames_so_that_it_stands_alone(tmp_path):
+    file, scenario = tmp_path / 'knee.csv', tmp_path / 'own.yaml'
+    file.write_text('time_s,l_knee_deg\n0,54.6\n1,60\n')
+    scenario.write_text(SCENARIO)
+    stored = load_scenario(str(scenario)).to_yaml()
+    file.unlink()
+    again = parse(stored, str(tmp_path / 'elsewhere/scenario.yaml'), 'again')
+    assert gait_of(again.table(GaitParameters)).duration == 3.0
+    with pytest.raises(KhrError, match=r"own\.yaml: gait: motion_file: 'knee\.csv': no such file"):
+        load_scenario(str(scenario))
+
+
+def test_another_file_replaces_the_frames(tmp_path):
+    scenario = load_scenario('walk_0deg')
+    for end in (1, 2):
+        file = tmp_path / f'{end}.csv'
+        file.write_text(f'time_s,l_knee_deg\n0,54.6\n{end},60\n')
+        scenario = scenario.set_to(['gait.motion=file', f'gait.motion_file={file}'])
+        assert gait_of(scenario.table(GaitParameters)).duration == end + 2.0
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        (
+            'time_s,l_knee_deg\n0,10\n0.1,90\n',
+            r'own: knee\.csv: l_knee: .*rad/s at .*frames 1 to 2',
+        ),
+        ('time_s,l_knee_deg\n0,x\n', r"own: knee\.csv: frame 1: l_knee_deg: 'x' is not accepted"),
+    ],
+)
+def test_refuses_before_anything_runs(text, reason, tmp_path):
+    (tmp_path / 'knee.csv').write_text(text)
+    with pytest.raises(KhrError, match=reason):
+        parse(SCENARIO, str(tmp_path / 'own'), 'own')
+
+
+def test_refuses_a_motion_without_file_and_a_file_of_another_kind():
+    with pytest.raises(KhrError, match='accepted: a path as motion_file'):
+        load_scenario('walk_0deg').set_to(['gait.motion=file'])
+    with pytest.raises(KhrError, match=r'accepted: a name that ends in \.csv, \.yaml, \.yml'):
+        load_scenario('walk_0deg').set_to(['gait.motion_file=walk.bvh'])
