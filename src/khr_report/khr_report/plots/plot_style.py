@@ -17,6 +17,9 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from khr_common.errors import KhrError
+from khr_report.plots.paper import remove_heading
+
 STYLE = Path(__file__).with_name('khr.mplstyle')
 TITLES = {'published': 'as published', 'physical': 'physical'}
 WIDTH = 7.0  # inches
@@ -40,6 +43,11 @@ AT_EDGE: dict[str, Any] = {  # of a small name at a value of x, at an edge of th
     'xycoords': ('data', 'axes fraction'),
 }
 SYMBOL = re.compile(r'(?<![\w$])([KFVfxaθφ])_([A-Za-z]+\d?|\d)(\*?)(?!\w)')
+UNDATED: dict[str, dict[str, Any]] = {  # metadata without which a picture has no date
+    'png': {'Software': None},
+    'pdf': {'CreationDate': None, 'Producer': None, 'Creator': None},
+    'svg': {'Date': None, 'Creator': None},
+}
 LINE, NOTE_LINE = 80, 115  # characters of a line of the heading, and of the notes
 
 
@@ -112,18 +120,25 @@ def typeset(text: str) -> str:
 
 
 def save(figure: Figure, target: Path | IO[bytes], **options: Any) -> None:
-    """Write a figure as PNG in the common style, its symbols typeset.
+    """Write a figure in the common style, its symbols typeset, without a date.
+
+    A .pdf or .svg is for a paper, and has no heading.
 
     Args:
         figure: changed by it.
-        target: a path, or an open file.
+        target: a path that ends in .png, .pdf or .svg, or a file that is opened for a PNG.
         options: further ones of ``savefig``.
     """
+    form = target.suffix[1:] if isinstance(target, Path) else 'png'
+    if form not in UNDATED:
+        raise KhrError(f'{target}: no picture; accepted: a name in .{", .".join(UNDATED)}')
+    if form != 'png':
+        remove_heading(figure)
     for text in figure.findobj(Text):
         assert isinstance(text, Text)
         text.set_text(typeset(text.get_text()))
     with styled():
-        figure.savefig(target, format='png', metadata={'Software': None}, **options)
+        figure.savefig(target, format=form, metadata=UNDATED[form], **options)
 
 
 def named_level(

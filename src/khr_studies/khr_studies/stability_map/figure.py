@@ -153,7 +153,7 @@ def _best(panel: Axes, counted: StabilityMap) -> None:
 def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
     handles: list[Artist] = []
     if counted.split().any():
-        handles.append(Patch(facecolor='none', **SPLIT, label='some seeds stay up, others do not'))
+        handles.append(Patch(facecolor='none', **SPLIT, label='some runs stay up, others do not'))
     if counted.bisected:
         handles.append(
             Patch(facecolor='#4575b4', alpha=PALE, label='not run: follows from the bisection')
@@ -168,6 +168,7 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
     page.legend(handles=handles, loc='outside lower center', ncols=2)
     x, y = (direction.title.partition(' (')[0] for direction in (counted.x, counted.y))
     words = [f'{int(counted.of("runs").sum())} runs']
+    words += [f'{name} = {value}' for name, value in counted.where.items()]
     if counted.pooled:
         words.append(f'pooled over {", ".join(counted.pooled)}')
     if len(counted.best):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -29,7 +31,14 @@ COUNTS = {
 BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
 
 
-def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
+def draw_map(
+    folder: Path,
+    x: str,
+    y: str,
+    out: Path | None = None,
+    where: Mapping[str, Any] | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> list[Path]:
     """Draw the map of a sweep; return the paths of the PNG and the CSV files.
 
     The first CSV file has a row for each cell; a second one, ``..._critical``, a row for
@@ -39,13 +48,18 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     Args:
         folder: of the sweep, complete or not.
         x, y: swept parameters, ``node.parameter``.
-        out: the PNG; ``map_X_Y.png`` in the folder by default.
+        out: the picture; ``map_X_Y.png`` in the folder by default.
+        where: values of further swept parameters that select the runs.
+        note: is called with a line about parameters of which the map pools all values.
 
     Raises:
         KhrError: if there is no sweep, a parameter is not swept, or a file cannot be written.
     """
-    counted = stability_map(read_results(folder), x, y)
-    image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
+    counted = stability_map(read_results(folder), x, y, where)
+    for name in counted.pooled:
+        note(f'pooled over all values of {name}; for one of them: --where {name}=VALUE')
+    stem = '_'.join(['map', x, y, *(f'{name}={value}' for name, value in counted.where.items())])
+    image = out or (folder if folder.is_dir() else folder.parent) / f'{stem}.png'
     make_folder(image.parent)
     with styled(), written(image) as part:
         save(figure(counted), part)

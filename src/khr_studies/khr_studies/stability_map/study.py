@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from math import nan
 from typing import Any
@@ -62,7 +62,8 @@ class StabilityMap:
     Attributes:
         cells: the tally of each cell, line by line, with its values ``x`` and ``y``.
         critical: for each y, the x at which half the runs stay up; empty if x is not a number.
-        pooled: swept parameters other than x and y.
+        pooled: swept parameters other than x and y with several values.
+        where: value of each parameter that selects the runs.
         scenarios: names of the scenarios.
         bisected: whether x was bisected: then only cells along the limit have runs.
     """
@@ -74,6 +75,7 @@ class StabilityMap:
     pooled: tuple[str, ...]
     scenarios: tuple[str, ...] = ()
     bisected: bool = False
+    where: Mapping[str, Any] = field(default_factory=dict)
 
     def of(self, name: str) -> Array:
         """Return a column of the tally of all cells, (y, x)."""
@@ -107,16 +109,21 @@ class StabilityMap:
         return np.select([runs > 0, beyond, before], [nan, 0.0, 1.0], nan)
 
 
-def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
+def stability_map(
+    results: pa.Table, x: str, y: str, where: Mapping[str, Any] | None = None
+) -> StabilityMap:
     """Count the runs of a sweep by cell.
 
     Args:
         results: from :func:`khr_sweeps.results.folder.read_results`.
         x, y: swept parameters, ``node.parameter``.
+        where: values of further swept parameters that select the runs.
 
     Raises:
-        KhrError: if a parameter is not swept, both are the same, or no run has an outcome.
+        KhrError: if a parameter is not swept, both are the same, a value has no run, or no run has
+            an outcome.
     """
+    where = where or {}
     request = request_of(results)
     for option, name in (('--x', x), ('--y', y)):
         if name not in request['axes'] or x == y:
@@ -126,6 +133,9 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
             )
     runs = run_table(results.to_pylist())
     runs = runs[runs['stayed_up'].notna()]
+    for name, value in where.items():
+        _check_where(name, value, request['axes'], (x, y))
+        runs = runs[runs[name] == value]
     if runs.empty:
         raise KhrError('no run of the sweep has an outcome; accepted: a sweep with finished runs')
     bins = int(np.clip(np.sqrt(len(runs) / RUNS_PER_CELL), 2, 20))
@@ -145,10 +155,24 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
         along,
         cells,
         tuple(crossing_of(line, 'x') for line in by_line) if across.numeric else (),
-        tuple(name for name in request['axes'] if name not in (x, y)),
+        tuple(name for name in request['axes'] if name not in (x, y, *where)),
         tuple(request['scenario']),
         request.get('bisect') == x,
+        where,
     )
+
+
+def _check_where(name: str, value: Any, axes: Mapping[str, Any], used: Sequence[str]) -> None:
+    lists = {each: axes[each] for each in axes if isinstance(axes[each], list)}
+    others = {each: values for each, values in lists.items() if each not in used}
+    if name not in others or value not in others[name]:
+        accepted = '; '.join(
+            f'{each}={" | ".join(map(str, values))}' for each, values in others.items()
+        )
+        raise KhrError(
+            f'--where: {f"{name}={value}"!r} is not accepted; accepted: '
+            + (accepted or 'no value, as the sweep has no third list of values')
+        )
 
 
 def _direction(

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.folders import make_folder
+from khr_report.plots.paper import PICTURES, VECTOR, remove_heading, set_columns
 from khr_report.plots.plot_style import head, save, styled
 from khr_report.plots.points import write_points
 from khr_sim.physics import engines
@@ -227,19 +228,23 @@ def draw(
     fast: bool = False,
     signal: str | None = None,
     engine: str = engines.DEFAULT,
+    columns: int | None = None,
+    note: Callable[[str], object] = lambda text: None,
 ) -> list[Path]:
-    """Draw a figure and write it as PNG and CSV.
+    """Draw a figure and write it as picture and CSV.
 
     Args:
         number: number of the figure in the thesis, or the name of an additional figure.
-        out: output folder; made if needed.
+        out: output folder, or the picture, .png, .pdf or .svg; the folder is made if needed.
         runs: by experiment, at least those of the figure; None for a figure of the models.
         fast: whether to draw the coarse form if there is one.
         signal: the pitch rate to show, one of RATES; by default the figure's own.
         engine: physics engine of the runs and of the measurement.
+        columns: width for a paper, without a heading, as .pdf and .svg always are; 1 or 2.
+        note: is called with the heading and notes of a figure without them.
 
     Returns:
-        The paths of the PNG and the CSV.
+        The paths of the picture and the CSV.
 
     Raises:
         KhrError: if there is no such figure or signal, or the folder cannot be written.
@@ -247,8 +252,10 @@ def draw(
     drawing = drawing_of(number)
     if signal is not None and signal not in RATES:
         raise KhrError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
-    make_folder(out)
     image, points = paths(number, out, engine)
+    if out.suffix in PICTURES:
+        image, points = out, out.with_suffix('.csv')
+    make_folder(image.parent)
     with styled():
         needed = {name: (runs or {})[name] for name in drawing.experiments}
         rate = [RATES[signal]] if signal and drawing.rate else []
@@ -256,6 +263,10 @@ def draw(
         if engine_suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')
         write_points(figure, points)
+        if columns is not None or image.suffix in VECTOR:
+            note(remove_heading(figure))
+        if columns is not None:
+            set_columns(figure, columns)
         with written(image) as part:
             save(figure, part)
     return [image, points]

@@ -95,6 +95,25 @@ def test_every_run_with_an_outcome_is_counted_once(folder):
             assert (counted.of('fell_at_s')[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
 
 
+def test_where_takes_the_runs_of_one_value_and_pooling_is_announced(folder, tmp_path):
+    counted = stability_map(read_results(folder), X, Y, {Z: 'rubber'})
+    assert counted.pooled == () and (counted.of('runs') == RUNS).all()
+    notes = []
+    assert f'{Z} = rubber' in figure(counted).legends[0].get_title().get_text()
+    draw_map(folder, X, Y, tmp_path / 'map.svg', {Z: 'rubber'}, notes.append)
+    assert not notes and (tmp_path / 'map.svg').read_bytes().startswith(b'<?xml')
+    draw_map(folder, X, Y, None, None, notes.append)
+    assert notes == [f'pooled over all values of {Z}; for one of them: --where {Z}=VALUE']
+
+
+@pytest.mark.parametrize('where', [{Z: 'ice'}, {X: 4.0}, {'simulator.friction': 0.3}])
+def test_where_refuses_with_the_values_of_the_sweep(folder, where):
+    with pytest.raises(
+        KhrError, match=r'--where: .*accepted: simulator\.surface=smooth \| rubber$'
+    ):
+        stability_map(read_results(folder), X, Y, where)
+
+
 def test_the_critical_inclination_rises_with_the_gain(folder):
     critical = stability_map(read_results(folder), X, Y).critical
     for gain, each in zip(GAINS, critical, strict=True):

@@ -119,3 +119,26 @@ def test_several_figures_are_asked_for_at_once_each_drawn_once():
     assert expand_numbers(['3.8', 'all']) == ['3.8', *(each for each in FIGURES if each != '3.8')]
     with pytest.raises(KhrError, match=r"'9.9' is not known; accepted: all, 3.4, "):
         expand_numbers(['5.8', '9.9'])
+
+
+def test_a_figure_for_a_paper_has_no_heading_and_the_width_of_its_columns(tmp_path):
+    notes = []
+    pdf, table = draw('3.8', tmp_path / 'x.pdf', note=notes.append)
+    assert pdf.read_bytes().startswith(b'%PDF') and table == tmp_path / 'x.csv'
+    narrow, _ = draw('3.8', tmp_path / 'x.svg', columns=1, note=notes.append)
+    wide, _ = draw('3.8', tmp_path / 'y.svg', columns=2, note=notes.append)
+    assert all(note.startswith('Figure 3.8: the bare pendulum') for note in notes)
+    for file, inches in ((narrow, 3.5), (wide, 7.16)):
+        text = file.read_text()
+        assert 'bare pendulum' not in text and 'physical' in text
+        assert float(text.partition('width="')[2].partition('pt"')[0]) == pytest.approx(
+            72 * inches
+        )
+    with pytest.raises(KhrError, match=r'--columns: 3 is not accepted; accepted: 1 \| 2'):
+        draw('3.8', tmp_path, columns=3)
+
+
+def test_pictures_are_the_same_in_every_run(tmp_path):
+    for form in ('png', 'pdf', 'svg'):
+        first, second = (draw('3.8', tmp_path / f'{name}.{form}')[0] for name in 'ab')
+        assert first.read_bytes() == second.read_bytes()

@@ -57,15 +57,26 @@ def report(
     ],
     against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The page; report.html in the run's folder by default.")
+        Path | None,
+        typer.Option(
+            help="The page; report.html in the run's folder by default. Or .pdf, .svg, .png for the "
+            'charts alone.'
+        ),
     ] = None,
     topic: TopicOption = '',
     axis: AxisOption = '',
     namespace: NamespaceOption = '',
 ) -> None:
     """Write a page about a run, one that compares two, or one about any recording."""
+    from khr.runs import load
+    from khr_report.plots.paper import PICTURES
+    from khr_report.run.overview import draw_run
     from khr_report.run.page import report as write
 
+    if out and out.suffix in PICTURES and not against:
+        draw_run(run_named(str(run)), load(run_named(str(run))).scenario, out)
+        print(out)
+        return
     other = run_named(str(against)) if against else None
     print(write(run_named(str(run)), other, out, topic, axis, namespace))
 

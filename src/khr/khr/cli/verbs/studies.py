@@ -197,11 +197,20 @@ def draw_stability_map(
     y: Annotated[str, typer.Option('--y', help='Another swept parameter.')],
     out: Annotated[
         Path | None,
-        typer.Option(help='The PNG, in the folder by default; CSV files are written next to it.'),
+        typer.Option(
+            help='The picture, .png, .pdf or .svg, in the folder by default; CSV files are written '
+            'next to it.'
+        ),
+    ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(help='Take only the runs with NODE.PARAMETER=VALUE; repeatable.'),
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
+    from khr_bringup.scenario.scenario import changes_of
     from khr_studies.stability_map.files import draw_map
 
-    for path in draw_map(folder, x, y, out):
+    selected = {'.'.join(key): value for key, value in changes_of(where or ()).items()}
+    for path in draw_map(folder, x, y, out, selected, print):
         print(path)

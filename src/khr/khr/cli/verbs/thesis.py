@@ -20,6 +20,7 @@ from khr.cli.verbs.options import (
     ToleranceOption,
     TopicOption,
 )
+from khr_common.errors import KhrError
 from khr_sim.physics import engines
 
 
@@ -27,7 +28,18 @@ def figure(
     numbers: Annotated[
         list[str], typer.Argument(help='Figures of the thesis, such as 3.8 5.9, or all.')
     ],
-    out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
+    out: Annotated[
+        Path, typer.Option(help='Folder for PNG and CSV, or one file, .png, .pdf or .svg.')
+    ] = Path('figures'),
+    columns: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=2,
+            help='Width for a paper, in columns of its page: 1 or 2. Heading and notes are printed '
+            'instead of drawn, as for .pdf and .svg.',
+        ),
+    ] = None,
     fast: Annotated[
         bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
     ] = False,
@@ -40,14 +52,19 @@ def figure(
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Draw figures of the thesis from its models, or from experiments, which are run first."""
+    from khr_report.plots.paper import PICTURES
     from khr_studies.thesis_figures import registry
 
     asked = registry.expand_numbers(numbers)
+    if len(asked) > 1 and out.suffix in PICTURES:
+        raise KhrError(
+            f'--out: {str(out)!r} is not accepted; accepted: a folder, for {len(asked)} figures'
+        )
     runs = registry.run_experiments(asked, fast, engine)
     console = Console(stderr=True)
     for place, number in enumerate(asked, 1):
         with console.status(f'drawing figure {number}, {place} of {len(asked)}'):
-            paths = registry.draw(number, out, runs, fast, signal, engine)
+            paths = registry.draw(number, out, runs, fast, signal, engine, columns, print)
         for path in paths:
             print(path)
 
