@@ -37,6 +37,7 @@ PANELS: dict[str, dict[str, Callable[..., None]]] = {
         'lines': thesis.lines,
         'sweep': studies.start_sweep,
         'map': studies.draw_stability_map,
+        'gains': studies.slope_gains,
     },
     'The thesis': {
         'figure': thesis.figure,

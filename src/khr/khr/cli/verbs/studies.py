@@ -214,3 +214,25 @@ def draw_stability_map(
     selected = {'.'.join(key): value for key, value in changes_of(where or ()).items()}
     for path in draw_map(folder, x, y, out, selected, print):
         print(path)
+
+
+def slope_gains(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            help='The folder of a sweep over inclination and gains, such as that of '
+            'config/sweeps/slope_gains.yaml.'
+        ),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help='The table as Markdown, with all gains as CSV beside it.')
+    ] = None,
+) -> None:
+    """List the gains that hold each slope, and their cost in vibration and slip."""
+    from khr_studies.slope_gains import page, study
+    from khr_sweeps.results.folder import read_results
+
+    slopes = study.slope_gains(read_results(folder))
+    print(page.page(slopes))
+    for path in page.write(slopes, out) if out else []:
+        print(path)

@@ -1,0 +1,1 @@
+"""Which gains hold which slope, and their cost in vibration and slip."""
