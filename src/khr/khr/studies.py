@@ -69,7 +69,7 @@ def spectrum(
     parameters = prepared(run.scenario, changed).table(FftAnalyserParameters)
     gait = run.scenario.table(GaitParameters)
     first, last = 0.0, float(run.signals.time[-1]) + 1.0
-    if gait.motion == 'walk':
+    if gait.cyclic:
         first, last = whole_cycles(gait)
     if run.outcome.fell_at is not None:
         last = min(last, run.outcome.fell_at)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
 
 from khr_common import parameter
@@ -199,6 +200,14 @@ class GaitParameters:
     hold_time: float = parameter(
         3.0, 'Leg lift: time with the foot lifted.', unit='s', minimum=0.0, maximum=600.0
     )
+
+    @property
+    def cyclic(self) -> bool:
+        """Return whether the motion repeats a cycle of ``cycle_period``."""
+        part = self.repeat[1] - self.repeat[0]
+        return self.motion == 'walk' or (
+            self.motion == 'file' and self.cycles > 0 and isclose(part, self.cycle_period)
+        )
 
     @property
     def label(self) -> str:

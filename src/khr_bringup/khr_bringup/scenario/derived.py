@@ -26,6 +26,7 @@ SETTLING = 2.0  # s on the inclined slope before the robot lifts a leg
 PEAKS_PER_CYCLE = 4  # of the pitch rate: f_0 = 4/T
 # Parameters that follow from the period of the gait, by node.
 OF_CYCLE: dict[str, dict[str, Callable[[float], float]]] = {
+    GAIT: {'cycle_period': lambda period: period},
     'fft_analyser': {
         'window_length': lambda period: period,  # so every line of the gait has its own bin
         'fundamental': lambda period: PEAKS_PER_CYCLE / period,
@@ -44,18 +45,18 @@ def derived(values: Values, node: str) -> dict[str, Any]:
 
     All nodes share the simulator's control period and seed; a driver inherits every simulator
     parameter that it declares. The analyser's window is one gait cycle, and f_0 is four times its
-    frequency. A leg lift or a motion from a file that begins on level ground starts when the slope
-    has reached its inclination and the robot is at rest. The monitor averages until the motion
-    ends.
+    frequency; the cycle of a motion from a file is its repeated part. A leg lift or a motion from
+    a file that begins on level ground starts when the slope has reached its inclination and the
+    robot is at rest. The monitor averages until the motion ends.
     """
     simulator, known = values.get('simulator', {}), specifications(table_of(node))
     in_its_place = node == RUN_PHASE.name or spec_of(node).drives
     shared = simulator if in_its_place else SHARED
     # Copied: YAML would write a list that is the same in two places as an alias.
     found = {key: copy(simulator[key]) for key in shared if key in simulator and key in known}
-    if 'cycle_period' in (gait := values.get(GAIT, {})):
+    if period := _cycle_period(values.get(GAIT, {})):
         follows = OF_CYCLE.get(node, {})
-        found |= {key: rule(gait['cycle_period']) for key, rule in follows.items()}
+        found |= {key: rule(period) for key, rule in follows.items()}
     motion = values.get(node, {}).get('motion')
     if motion in ('leg_lift', 'file') and simulator.get('level_start'):
         found['start_delay'] = start_of_lift(simulator.get('inclination_deg', 0.0))
@@ -66,6 +67,15 @@ def derived(values: Values, node: str) -> dict[str, Any]:
         except KhrError:  # a gait that is not accepted is reported for itself
             pass
     return found
+
+
+def _cycle_period(gait: Mapping[str, Any]) -> float | None:
+    """Return the stated period of the gait, or that of the repeated part of a file, in s."""
+    start, end = gait.get('repeat', (0.0, 0.0))
+    known = specifications(GaitParameters)['cycle_period']
+    if 'cycle_period' in gait or gait.get('motion') != 'file':
+        return gait.get('cycle_period')
+    return end - start if (known.minimum or 0.0) <= end - start <= (known.maximum or 0.0) else None
 
 
 @cache

@@ -96,7 +96,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
         KhrError: if there is no pitch rate, or one of fewer than eight samples.
     """
     gait, parameters = scenario.table(GaitParameters), scenario.table(FftAnalyserParameters)
-    walks = gait.motion == 'walk'
+    walks = gait.cyclic
     simulated = np.isfinite(series.pitch_rate).any()
     rate = series.pitch_rate if simulated else series.gyro_rate
     if not np.isfinite(rate).any():

@@ -44,7 +44,8 @@ def motion_of(parameters: GaitParameters) -> GaitMotion:
     if parameters.motion == 'walk':
         return GaitMotion('walking', end, parameters.cycle_period, swings(parameters))
     if parameters.motion == 'file':
-        return GaitMotion(f'moving by {parameters.label}', end, swings=swings(parameters))
+        cycle = parameters.cycle_period if parameters.cyclic else 0.0
+        return GaitMotion(f'moving by {parameters.label}', end, cycle, swings(parameters))
     return GaitMotion('lifting a leg', end, swings=swings(parameters))
 
 

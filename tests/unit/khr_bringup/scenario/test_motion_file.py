@@ -1,5 +1,6 @@
 import pytest
 
+from khr_analysis.spectrum import FftAnalyserParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
@@ -54,6 +55,18 @@ def test_another_file_replaces_the_frames(tmp_path):
         file.write_text(f'time_s,l_knee_deg\n0,54.6\n{end},60\n')
         scenario = scenario.set_to(['gait.motion=file', f'gait.motion_file={file}'])
         assert gait_of(scenario.table(GaitParameters)).duration == end + 2.0
+
+
+@pytest.mark.parametrize(('end', 'cyclic'), [(1.5, True), (0.2, False), (30.0, False)])
+def test_the_repeated_part_is_the_cycle_of_the_gait_and_the_window_of_the_spectrum(
+    end, cyclic, tmp_path
+):
+    file = tmp_path / 'knee.csv'
+    file.write_text(f'time_s,l_knee_deg\n0,54.6\n{end / 2},55\n{end},54.6\n')
+    played = [f'gait.motion_file={file}', 'gait.motion=file', f'gait.repeat=[0.0, {end}]']
+    scenario = load_scenario('walk_0deg').set_to(played)
+    assert scenario.table(GaitParameters).cyclic == cyclic
+    assert scenario.table(FftAnalyserParameters).window_length == (end if cyclic else 2.31)
 
 
 @pytest.mark.parametrize(
