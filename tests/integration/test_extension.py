@@ -92,7 +92,7 @@ def run(python, folder, *arguments):
 @pytest.fixture(scope='module')
 def documented():
     """Return the commands of the document: what follows pip install and khr run."""
-    install, *runs = re.search(r'```sh\n(.*?)```', DOCUMENT, re.S)[1].splitlines()
+    install, *runs = re.search(r'```sh\n(pip .*?)```', DOCUMENT, re.S)[1].splitlines()
     assert install.startswith('pip install ')
     words = [command.partition('#')[0].split() for command in runs]
     assert all(own[:2] == ['khr', 'run'] for own in words)

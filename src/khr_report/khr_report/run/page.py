@@ -21,6 +21,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_common import specifications
 from khr_common.errors import KhrError
+from khr_common.text.quoting import one_line
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
@@ -219,7 +220,8 @@ def _parameters(found: Found) -> Markup:
 def _table(
     heads: Sequence[str], rows: Sequence[Any], looks: dict[str, str], nothing: str = 'Nothing.'
 ) -> Markup:
-    return part('table', heads, rows, looks) if rows else paragraphs(nothing)
+    lines = [[one_line(c) if isinstance(c, str) and '\n' in c else c for c in row] for row in rows]
+    return part('table', heads, lines, looks) if rows else paragraphs(nothing)
 
 
 def _making(found: Found, page: Path) -> Markup:
