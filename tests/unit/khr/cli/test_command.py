@@ -289,3 +289,9 @@ def test_gains_and_engine_have_options_and_last_is_the_newest_run(tmp_path):
     for name in ('time, s', 'pitch, deg', 'joints_l_knee, deg', 'balance_capture, m'):
         assert f'"{name}"' in head
     assert real('export', 'last', '--out', 'run.txt') == 2
+    assert real('report', 'last', '--out', 'charts.pdf') == 0
+    assert (tmp_path / 'charts.pdf').read_bytes().startswith(b'%PDF')
+    for of in ('last', 'stand_0deg'):
+        assert real('export', of, '--motion', '--out', f'{of}.csv') == 0
+    frames = [(tmp_path / f'{of}.csv').read_text() for of in ('last', 'stand_0deg')]
+    assert frames[0] == frames[1] and frames[0].startswith('time_s,com_x_m')
