@@ -13,6 +13,7 @@ from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, Resting
 from khr_balance.joints import SIDES
 
 ADVANCING = ('com_x', 'l_sole_x', 'r_sole_x')  # a repeated part may move these on
+LONGEST = 3600.0  # s
 Keys = Sequence[tuple[float, float]]
 
 
@@ -25,10 +26,16 @@ def plan_from_file(parameters: GaitParameters) -> Plan | JointPlan:
     p = parameters
     if not p.frames:
         raise GaitError(
-            "gait: motion: 'file' is not accepted without frames; accepted: a path as motion_file"
+            "gait: motion: 'file' is not accepted without frames; accepted: a motion_file in a "
+            'scenario that khr reads'
         )
     part = _Repetition(p, read_key_frames(p.frames, p.motion_file))
     duration = p.start_delay + part.end + p.end_pause
+    if duration > LONGEST:
+        raise GaitError(
+            f'{p.motion_file}: {duration:g} s with all repetitions is not accepted; accepted: up '
+            f'to {LONGEST:g} s'
+        )
     if part.frames.of_joints:
         angles = {name: part.path(name, p.between) for name in part.frames.columns}
         return JointPlan(duration, angles, part.cycles, part.numbers)

@@ -26,6 +26,7 @@ __all__ = ['Gait', 'GaitParameters', 'gait_of']
 
 _GRID = 0.005  # s; the splines through this grid stay within 1e-5 rad of the exact solution
 _TOLERANCE = 1e-7  # m, of the centre of mass
+_ITERATIONS = 500  # far more than any of our motions takes
 _RELAXATION = 1.3  # over-relaxation: the feet do not move with the torso
 
 
@@ -114,7 +115,7 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
     centre, attitude = plan.centre_of_mass(time), plan.torso(time)
     torso = np.column_stack([centre, plan.torso_height(time)])
     angles = np.tile(_arms(parameters), (len(time), 1))
-    while True:
+    for _ in range(_ITERATIONS):
         for side in joints.SIDES:
             first = joints.INDEX[f'{side}_hip_roll']
             sole = plan.sole[side]
@@ -131,6 +132,10 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
         if np.max(np.abs(miss)) < _TOLERANCE:
             return angles
         torso[:, :2] += _RELAXATION * miss
+    raise GaitError(
+        f'centre of mass {_at(plan, time[int(np.argmax(np.abs(miss).max(axis=1)))])} is not '
+        'accepted; accepted: a place that the torso can reach'
+    )
 
 
 def _to_torso(attitude: Array, vector: Array) -> Array:

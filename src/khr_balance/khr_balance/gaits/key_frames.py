@@ -7,7 +7,7 @@ a column ends in its unit, as in ``l_knee_deg`` or ``com_x_mm``.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, radians
 from typing import Any
@@ -25,6 +25,14 @@ SOLES = tuple(f'{side}_sole_{name}' for side in 'lr' for name in ('x', 'z', 'pit
 LENGTHS = {*COM, *(name for name in SOLES if not name.endswith('pitch'))}
 FEET = (*COM, *SOLES, 'torso_roll')
 LONGEST = 40_000  # characters; a stored scenario of 64 KiB contains the frames
+BOUNDS = {  # of the columns by the last part of their names, in SI units
+    'time': (0.0, 3600.0),
+    'x': (-10.0, 10.0),
+    'y': (-0.2, 0.2),
+    'z': (0.0, 0.1),
+    'pitch': (0.0, 0.6),
+    'roll': (-1.0, 1.0),
+}
 FACTORS = {'s': 1.0, 'm': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': radians(1.0)}
 
 
@@ -115,11 +123,11 @@ def read_key_frames(text: str, file: str, form: str = 'csv') -> KeyFrames:
 def _csv_rows(text: str, file: str) -> list[dict[str, Any]]:
     lines = (line for line in text.splitlines() if line.strip() and not line.startswith('#'))
     reader = csv.reader(lines)
-    header = [name.strip() for name in next(reader, [])]
+    header = [name.strip() for name in next(_cells(reader, file), [])]
     if len(set(header)) < len(header):
         raise GaitError(f'{file}: a column is given twice; accepted: each column once')
     rows = []
-    for number, cells in enumerate(reader, 1):
+    for number, cells in enumerate(_cells(reader, file), 1):
         if len(cells) != len(header):
             raise GaitError(
                 f'{file}: frame {number}: {len(cells)} values are not accepted; accepted: '
@@ -128,6 +136,13 @@ def _csv_rows(text: str, file: str) -> list[dict[str, Any]]:
         pairs = zip(header, cells, strict=True)
         rows.append({name: cell.strip() for name, cell in pairs if cell.strip()})
     return rows
+
+
+def _cells(reader: Iterator[list[str]], file: str) -> Iterator[list[str]]:
+    try:
+        yield from reader
+    except csv.Error as error:
+        raise GaitError(f'{file}: {error}; accepted: CSV') from error
 
 
 def _yaml_rows(text: str, file: str) -> list[dict[str, Any]]:
@@ -162,12 +177,12 @@ def _value(file: str, number: int, name: str, column: str, cell: Any) -> float:
     low, high = _bounds(column)
     try:
         value = inf if isinstance(cell, bool) else float(cell) * factor
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = inf
     if not (isfinite(value) and low <= value <= high):
-        accepted = 'a number' if low == -inf else f'[{low / factor:.4g}, {high / factor:.4g}]'
         raise GaitError(
-            f'{file}: frame {number}: {name}: {quoted(cell)} is not accepted; accepted: {accepted}'
+            f'{file}: frame {number}: {name}: {quoted(cell)} is not accepted; accepted: '
+            f'[{low / factor:.4g}, {high / factor:.4g}]'
         )
     return value
 
@@ -176,9 +191,7 @@ def _bounds(column: str) -> tuple[float, float]:
     if column in JOINTS:
         low, high = ROBOT.limits()[JOINTS.index(column)].tolist()
         return low, high
-    return {'time': (0.0, 3600.0), 'z': (0.0, 0.1), 'pitch': (0.0, 0.6)}.get(
-        column.rpartition('_')[2], (-inf, inf)
-    )
+    return BOUNDS[column.rpartition('_')[2]]
 
 
 def _times(file: str, places: Sequence[Mapping[str, float]]) -> tuple[float, ...]:

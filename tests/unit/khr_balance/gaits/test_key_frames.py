@@ -2,6 +2,8 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from khr_balance.errors import GaitError
 from khr_balance.gaits.gait import Gait
@@ -89,9 +91,27 @@ def test_refuses_in_one_line_with_file_frame_and_accepted_values(text, reason):
     assert '\n' not in str(error.value)
 
 
+CELLS = st.one_of(st.floats().map(str), st.sampled_from(['', '0', '1', '2', 'x', '"', '\0']))
+NAMES = st.sampled_from(['com_x_mm', 'com_y_m', 'l_sole_z_m', 'torso_roll_deg', 'l_knee_rad', ''])
+
+
+@given(st.lists(NAMES, max_size=4), st.lists(st.lists(CELLS, max_size=5), max_size=4))
+def test_any_table_is_frames_or_refused(names, rows):
+    text = '\n'.join(','.join(row) for row in [['time_s', *names], *rows])
+    try:
+        gait(text)
+    except GaitError as error:
+        assert '\n' not in str(error)
+
+
 @pytest.mark.parametrize(
     ('text', 'values', 'reason'),
     [
+        (
+            'time_s,l_knee_deg\n0,50\n3000,50\n',
+            {'repeat': [0.0, 3000.0], 'cycles': 2},
+            'm.csv: 6002 s with all repetitions is not accepted; accepted: up to 3600 s',
+        ),
         (
             'time_s,l_knee_deg\n0,10\n1,20\n1.1,120\n',
             {},

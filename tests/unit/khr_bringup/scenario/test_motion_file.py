@@ -86,7 +86,7 @@ def test_refuses_before_anything_runs(text, reason, tmp_path):
 
 
 def test_refuses_a_motion_without_file_and_a_file_of_another_kind():
-    with pytest.raises(KhrError, match='accepted: a path as motion_file'):
+    with pytest.raises(KhrError, match='accepted: a motion_file in a scenario'):
         load_scenario('walk_0deg').set_to(['gait.motion=file'])
     with pytest.raises(KhrError, match=r'accepted: a name that ends in \.csv, \.yaml, \.yml'):
         load_scenario('walk_0deg').set_to(['gait.motion_file=walk.bvh'])
