@@ -7,6 +7,7 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario.motion_file import write_motion
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.errors import KhrError
+from tests import ROOT
 
 SCENARIO = 'gait:\n  ros__parameters: {motion: file, motion_file: knee.csv}\n'
 
@@ -34,6 +35,13 @@ def test_the_walk_from_a_file_has_the_trajectory_of_the_walk(tmp_path):
     scenario = load_scenario('walk_0deg').set_to(['gait.cycles=1'])
     copy = played(scenario, tmp_path / 'walk.csv')
     assert run_offline(copy).trajectory_hash == run_offline(scenario).trajectory_hash
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', ['squat', 'march'])
+def test_the_robot_stays_up_in_the_motions_of_the_examples(name):
+    scenario = load_scenario(str(ROOT / f'examples/{name}.yaml')).set_to(['gait.cycles=2'])
+    assert run_offline(scenario).outcome.stayed_up
 
 
 def test_the_scenario_holds_the_frames_so_that_it_stands_alone(tmp_path):
