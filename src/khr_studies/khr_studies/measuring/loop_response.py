@@ -60,13 +60,16 @@ class OpenLoop:
     frequency: NDArray[np.float64]
     response: NDArray[np.complex128]
 
-    def margin(self) -> Margin:
-        """Return the edge of stability; NaN if the phase crosses 0 at no frequency.
-
-        The response is smoothed over three lines: dry friction and backlash scatter it.
-        """
+    @property
+    def smoothed(self) -> NDArray[np.complex128]:
+        """Return the response averaged over three lines: friction and backlash scatter it."""
         smooth = np.convolve(self.response, np.ones(3) / 3.0, 'same')
         smooth[[0, -1]] = self.response[[0, -1]]
+        return smooth
+
+    def margin(self) -> Margin:
+        """Return the edge of stability; NaN if the smoothed phase crosses 0 at no frequency."""
+        smooth = self.smoothed
         turns = np.unwrap(np.angle(smooth)) / (2.0 * pi)
         found = [Margin(np.nan, np.nan)]
         for here in range(len(turns) - 1):

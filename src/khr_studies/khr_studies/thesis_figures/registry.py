@@ -31,6 +31,7 @@ from khr_studies.push import limits, motions, recovery_figure
 from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.gain_unit_figure import gain_unit
+from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
 from khr_sweeps.pool import check_workers
 
@@ -163,6 +164,9 @@ FIGURES: dict[str, Drawing] = {
     ),
     'lines': Drawing(
         'Origin of the spectral lines', lines.origin_of_lines, ('lines',), measure=explain_all
+    ),
+    'open_loops': Drawing(
+        'Bode plots of the open loops of ankle and hip', open_loops, measure=measure_loops
     ),
     'push': Drawing(
         'Largest push against the gain, models',

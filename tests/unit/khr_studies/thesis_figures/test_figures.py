@@ -3,6 +3,7 @@
 import csv
 import math
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -10,6 +11,7 @@ from matplotlib.text import Text
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
+from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from tests.support.figures import PANELS, check_whole
 
@@ -63,6 +65,19 @@ def test_a_figure_is_a_readable_image_and_a_table_with_units(number, tmp_path):
     for row in content:
         assert math.isfinite(float(row['x'])) and math.isfinite(float(row['y']))
         assert row['curve'] and row['x label'] and row['y label']
+
+
+def test_open_loops_are_drawn_with_the_gain_from_which_they_are_unstable(tmp_path):
+    loops = measure_loops('mujoco')
+    with styled():
+        figure = open_loops(loops)
+    check_whole(figure)
+    for each, axis, phase in zip(loops, figure.axes, figure.axes[2:], strict=False):
+        margin = each.response.margin()
+        _, smoothed, *_ = axis.lines
+        at_edge = np.interp(margin.frequency, *smoothed.get_data())
+        assert at_edge == pytest.approx(each.gain / margin.gain, rel=0.05)
+        assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in phase.get_title(loc='left')
 
 
 def test_the_table_holds_the_model_s_own_numbers(tmp_path):
