@@ -156,8 +156,7 @@ def stage3(
         progress: whether to show the progress on stderr.
 
     Returns:
-        The limits in deg, (times, scales): without the hip, with its rate, and with its rate and
-        the offset of its reference.
+        The limits in deg, (times, scales), without the hip and with its rate.
 
     Raises:
         KhrError: if a value is not accepted.

@@ -86,7 +86,7 @@ def edges(plane: Plane) -> pd.DataFrame:
 
     Returns:
         A row per time constant (``time_constant``, s) with the measured edges ``without_hip`` and
-        ``with_hip`` (its rate alone), V/N, the model's ``growth`` at ``without_hip``, 1/s, and the
+        ``with_hip``, V/N, the model's ``growth`` at ``without_hip``, 1/s, and the
         ``predicted`` edge with the hip, V/N; NaN for an edge outside of the plane.
     """
     table = pd.DataFrame({'time_constant': plane.times})

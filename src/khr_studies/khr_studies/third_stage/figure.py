@@ -27,16 +27,12 @@ def limits_figure(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the limits over the plane, and the contribution of the hip, with the numbers."""
     limits = {title: plane.limits(hip) for hip, title in HIPS.items()}
     top = float(np.max([*limits.values()]))
-    worth = {
-        "what the hip's rate is worth, °": plane.worth,
-        'what its offset adds, °': plane.worth_of_offset,
-    }
     panels: list[Panel] = [
         *(
             (f'limit in °: {title}', each, (0.0, top), 'viridis', '.1f')
             for title, each in limits.items()
         ),
-        *((title, each, _symmetric(each), 'RdBu', '+.1f') for title, each in worth.items()),
+        ("what the hip's rate adds, °", plane.worth, _symmetric(plane.worth), 'RdBu', '+.1f'),
     ]
     title = 'Standing on one leg: what the force loop holds, what the hip adds'
     return _figure(title, panels, plane, compared)
@@ -64,21 +60,25 @@ def _symmetric(values: Array) -> tuple[float, float]:
 def _figure(
     title: str, panels: Sequence[Panel], plane: Plane, compared: ModelComparison
 ) -> Figure:
-    """Draw four panels with the edges and the point nearest to the thesis in each."""
+    """Draw panels with the edges and the point nearest to the thesis in each."""
     with styled():
         figure = Figure(figsize=(WIDTH, 6.6), layout='constrained')
         axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        for axis, (name, values, ends, colors, form) in zip(axes.flat, panels, strict=True):
+        if len(panels) < axes.size:
+            axes[1][1].remove()
+            axes[0][1].tick_params(labelbottom=True)
+        shown = axes.flat[: len(panels)]
+        for axis, (name, values, ends, colors, form) in zip(shown, panels, strict=True):
             _draw_cells(axis, plane, values, ends, colors, form)
             axis.set_title(name)
         square = {'marker': 's', 'markersize': 13, 'markerfacecolor': 'none'}
         near = _place(plane, plane.nearest.force_scale, plane.nearest.time_constant)
-        for axis in axes.flat:
+        for axis in shown:
             _draw_edges(axis, plane, compared)
             axis.plot(*near, markeredgecolor='black', linestyle='none', **square)
         lines, names = axes[0][0].get_legend_handles_labels()
         figure.legend(lines, names, loc='outside lower center', ncols=3)
-        for axis in axes[-1]:
+        for axis in shown[-2:]:
             axis.set_xlabel('force scale (mV/N)')
         for axis in axes[:, 0]:
             axis.set_ylabel('time constant (s)')

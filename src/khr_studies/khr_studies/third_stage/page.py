@@ -17,12 +17,6 @@ from khr_studies.third_stage.comparison import ModelComparison, ModelLoop
 from khr_studies.third_stage.figure import limits_figure, swing_figure
 from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, THESIS, WITHIN, WORTH, Plane
 
-GRIDS = {
-    'K_H 0': (0.0, True),
-    f'K_H {HIP_GAIN:g}, the rate alone': (HIP_GAIN, False),
-    f'K_H {HIP_GAIN:g}, with the offset': (HIP_GAIN, True),
-}
-
 
 def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
     """Write the page, with its plots and data in the same folder; return a summary of one line.
@@ -74,18 +68,17 @@ def page(plane: Plane, compared: ModelComparison, limits_plot: str, swing_plot: 
         others=(without > 0.0) & ~held,
         toppled=(held & (without == 0.0)).sum(),
         columns_off=[off for off in distances if isfinite(off)],
-        with_rate=plane.limits(HIP_GAIN, offset=False),
+        with_rate=plane.limits(HIP_GAIN),
         worth=worth,
-        offset=plane.worth_of_offset,
         nearest=_place(near.force_scale, near.time_constant),
         limits=limits,
         met=all(abs(limit - own) <= WITHIN for limit, own in zip(limits, THESIS, strict=True)),
-        checked=checks[at_near & checks['offset']]['other_deg'].tolist(),
+        checked=checks[at_near]['other_deg'].tolist(),
         edges=table(edges.to_dict('records'), EDGES),
         rates=edges['growth'].dropna().tolist(),
         moved=moved.mean().tolist() if len(moved) else (nan, nan),
         misses=(edges['with_hip'] - edges['predicted']).abs().dropna().tolist(),
-        grids=[(name, _grid(plane, *hip)) for name, hip in GRIDS.items()],
+        grids=[(f'K_H {hip:g}', _grid(plane, hip)) for hip in (0.0, HIP_GAIN)],
         loops=table(compared.loops, LOOPS),
         checks=table(checks.to_dict('records'), _checks(plane)),
         seeds=plane.points['seed'].nunique(),
@@ -120,16 +113,16 @@ def _checks(plane: Plane) -> Columns[dict[str, Any]]:
     return {
         'force scale, mV/N': lambda row: f'{1e3 * row["force_scale"]:g}',
         'time constant, s': lambda row: f'{row["time_constant"]:g}',
-        'K_H': lambda row: f'{row["hip_gain"]:g}' + ', the rate alone' * (not row['offset']),
+        'K_H': lambda row: f'{row["hip_gain"]:g}',
         f'limit, deg ({plane.engine})': lambda row: f'{row["limit_deg"]:.1f}',
         'limit, deg (the other)': lambda row: f'{row["other_deg"]:.1f}',
     }
 
 
-def _grid(plane: Plane, hip_gain: float, offset: bool) -> Table:
-    """Return limits and overshoots over the plane for one form of the hip loop."""
-    limits = plane.limits(hip_gain, offset)
-    rates = plane.grid('overshoot_rad_s', hip_gain, offset).to_numpy()
+def _grid(plane: Plane, hip_gain: float) -> Table:
+    """Return limits and overshoots over the plane with a hip gain."""
+    limits = plane.limits(hip_gain)
+    rates = plane.grid('overshoot_rad_s', hip_gain).to_numpy()
 
     def cell(limit: float, rate: float) -> str:
         return f'{limit:.1f} ({"-" if isnan(rate) else f"{degrees(rate):.0f}"})'

@@ -1,8 +1,8 @@
 """The third stage of standing: the limit of a leg lift over the constants of the force loop.
 
 The force loop (3.13) has one scale (force sensor and gain together) and one time constant. Over
-the plane of both, the limit is measured with the ankle loop alone, with the hip's rate feedback
-(3.14) as well, and with the offset of the gyro's reference, by which the hip leans the torso back.
+the plane of both, the limit is measured with the ankle loop alone, and with the hip's rate feedback
+(3.14) as well.
 Tipping and oscillation end a lift alike, so the slope is raised from 0 until the first fall: the
 limit is the steepest slope before it, and 0 if the loop topples the robot on the flat.
 """
@@ -42,7 +42,6 @@ ANKLE_GAIN, HIP_GAIN = 12.0, 13.0  # the thesis's
 SCALES = (0.001, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005, 0.0055, 0.006, 0.007, 0.008)
 TIMES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # s; the scales are in V/N
 CHECKED = ((0.0045, 0.5), (0.005, 0.5), (0.003, 0.3), (0.007, 0.7))  # on the other engine
-HIPS = ((0.0, True), (HIP_GAIN, False), (HIP_GAIN, True))  # hip gain, offset
 THESIS = (6.4, 7.6, 9.6)  # deg, the limits of the three stages
 WITHIN = 0.7  # deg, largest miss of a limit that counts as met
 WORTH = 0.7  # deg, least gain of a limit that counts as an effect of the hip
@@ -56,13 +55,11 @@ class Setting(NamedTuple):
         force_scale: of the force sensors, V/N; 0 is no control.
         time_constant: of their low-pass, s.
         hip_gain: K_H; 0 is the ankle loop alone.
-        offset: whether the hip loop has the offset of the gyro's reference.
     """
 
     force_scale: float
     time_constant: float
     hip_gain: float
-    offset: bool = True
 
     def condition(self, engine: str) -> Condition:
         """Return the condition of the leg lift."""
@@ -71,8 +68,6 @@ class Setting(NamedTuple):
             (('ankle_controller', 'force_scale'), self.force_scale),
             (('foot_force', 'time_constant'), self.time_constant),
         )
-        if not self.offset:
-            changes += ((('hip_controller', 'reference_offset'), 0.0),)
         return Condition('leg_lift', ANKLE_GAIN, self.hip_gain, changes=changes)
 
 
@@ -172,28 +167,20 @@ class Plane:
         """Return the mean limit without control, deg."""
         return float(self.climbs.loc[self.climbs['force_scale'] == 0.0, 'limit_deg'].mean())
 
-    def grid(
-        self, column: str, hip_gain: float, offset: bool = True, how: str = 'mean'
-    ) -> pd.DataFrame:
+    def grid(self, column: str, hip_gain: float, how: str = 'mean') -> pd.DataFrame:
         """Aggregate a column over the seeds, NaN if a seed lacks a value; (times, scales)."""
-        points = self.points
-        chosen = points[(points['hip_gain'] == hip_gain) & (points['offset'] == offset)]
+        chosen = self.points[self.points['hip_gain'] == hip_gain]
         groups = chosen.groupby(['time_constant', 'force_scale'])[column]
         return groups.agg(lambda values: getattr(values, how)(skipna=False)).unstack()
 
-    def limits(self, hip_gain: float, offset: bool = True) -> Array:
+    def limits(self, hip_gain: float) -> Array:
         """Return the mean limits with a hip gain, deg, (times, scales)."""
-        return np.asarray(self.grid('limit_deg', hip_gain, offset))
+        return np.asarray(self.grid('limit_deg', hip_gain))
 
     @property
     def worth(self) -> Array:
         """Return by how much the hip's rate raises the limit, deg, (times, scales)."""
-        return self.limits(HIP_GAIN, offset=False) - self.limits(0.0)
-
-    @property
-    def worth_of_offset(self) -> Array:
-        """Return by how much the offset raises the limit further, deg, (times, scales)."""
-        return self.limits(HIP_GAIN) - self.limits(HIP_GAIN, offset=False)
+        return self.limits(HIP_GAIN) - self.limits(0.0)
 
     @property
     def nearest(self) -> Setting:
@@ -208,9 +195,9 @@ class Plane:
         """Return the largest force scale that does not topple the robot on the flat, V/N.
 
         It is the middle between the last scale without such a fall of any seed and the first with
-        one; None if it lies outside of the plane. With a hip gain, the hip has the rate alone.
+        one; None if it lies outside of the plane.
         """
-        stands = self.grid('limit_deg', hip_gain, not hip_gain, 'min').loc[time].to_numpy() > 0.0
+        stands = self.grid('limit_deg', hip_gain, 'min').loc[time].to_numpy() > 0.0
         if stands.all() or not stands[0]:
             return None
         first = int(np.argmin(stands))
@@ -252,7 +239,9 @@ def measure_plane(
     if not (scales and times):
         raise KhrError('scales, times: accepted: one value of each, or more')
     other = next(name for name in LIBRARIES if name != engine)
-    points = [Setting(scale, time, *hip) for scale, time, hip in product(scales, times, HIPS)]
+    points = [
+        Setting(scale, time, hip) for scale, time, hip in product(scales, times, (0.0, HIP_GAIN))
+    ]
     settings = [Setting(0.0, times[0], 0.0), *points]
     for setting in settings:
         setting.condition(engine).scenario(0.0)  # reports a mistake before anything starts
