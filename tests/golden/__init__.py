@@ -16,7 +16,7 @@ SCENARIOS = {  # simulated s
     'walk_0deg': 2.0,
     'walk_8.88deg_ka12': 2.0,
     'walk_9.7deg_ka12_kh13': 2.0,
-    'lift_8.88deg_ka12_kh13': 2.0,
+    'lift_9.5deg_ka12_kh13': 2.0,
     'push_behind': 2.0,
     'stand_tilting_staged': 2.0,
 }

@@ -137,7 +137,7 @@ def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
         process = served.drive(
             '--duration', 600, '--set', 'board.mixing=board', '--set', 'board.at_exit=hold',
             '--set', 'ankle_controller.enabled=true', '--set', 'ankle_controller.gain_unit=1',
-            '--view',
+            '--set', 'ankle_controller.reference_offset=-0.7', '--view',
         )  # fmt: skip
         shown = re.compile(r'page: http://127.0.0.1:(\d+)/')
         line = wait_for(lambda: shown.search(process.stderr.readline()), 'the address of the page')
@@ -155,7 +155,7 @@ def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     added = [message.position for _, message in bag[f'/{BOARD_CORRECTION.name}']]
     gyro = [message.angular_velocity.y for _, message in bag['/imu/data_raw']]
     assert len(added) == len(gyro) > 100
-    offset = 6 * served.map.gyro.step  # of the scenario's -0.7072 rad/s
+    offset = 6 * served.map.gyro.step  # of -0.7 rad/s
     for (left, right, *hips), rate in zip(added, gyro, strict=True):
         steps = (rate + offset) / served.map.gyro.step
         assert left == right == pytest.approx(12 * steps * COUNT, abs=1e-9)

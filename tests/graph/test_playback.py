@@ -56,13 +56,16 @@ def played():
         assert process.returncode == 0, err
 
 
+STATUS = '.khr:has(.khr-state) td'  # not those of the spectrum's table
+
+
 def shown_time(page):
-    return float(page.locator('.khr td').nth(1).inner_text().removesuffix(' s'))
+    return float(page.locator(STATUS).nth(1).inner_text().removesuffix(' s'))
 
 
 def comes(page, seconds):
     """Return whether a time is shown within 10 s."""
-    shown = "parseFloat(document.querySelectorAll('.khr td')[1].innerText)"
+    shown = f"parseFloat(document.querySelectorAll('{STATUS}')[1].innerText)"
     with suppress(TimeoutError):
         page.wait_for_function(f'Math.abs({shown} - {seconds}) < 0.006', timeout=10_000)
         return True

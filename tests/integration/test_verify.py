@@ -29,6 +29,7 @@ def run(tmp_path_factory):
         *('run', 'stand_0deg', '--one-process', '--duration', 0.3, '--out', folder),
         *('--set', 'ankle_controller.enabled=true', '--set', 'ankle_controller.start_ramp=0'),
         *('--set', 'simulator.initial_tilt_deg=0.5'),
+        *('--set', 'ankle_controller.reference_offset=-0.5'),  # a correction from the start
     )
     assert ended.code == 0, ended.err
     return folder

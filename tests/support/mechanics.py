@@ -14,6 +14,11 @@ PLAIN_SERVOS = {
     'gear_stiffness_ankle': 0.0,
     'backlash_deg': 0.0,
     'servo_friction': 0.05,
+    **{
+        f'pid_{gain}_{group}': 1.0
+        for gain in ('scale', 'kd_scale')
+        for group in ('hip', 'knee', 'ankle')
+    },
 }
 
 

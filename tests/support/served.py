@@ -15,7 +15,7 @@ from tests.support.runs import start_khr
 BOARD_UNITS = [
     f'{controller}.{value}'
     for controller in ('ankle_controller', 'hip_controller')
-    for value in ('gain_unit=1', 'reference_offset=-0.66', 'start_ramp=0')
+    for value in ('gain_unit=1', 'reference_offset=-0.66', 'start_ramp=0', 'rate_delay=0')
 ]
 
 

@@ -51,7 +51,7 @@ def critical(
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
         uphill: The robot faces uphill, and so falls backward.
         set: Change a parameter of the scenario: ``node.parameter=value``.
-        robot: Constants of another robot: ``feedback``, ``leaning``, or a parameter file.
+        robot: Constants of another robot: ``leaning``, or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Seeds of each measurement.
         tolerance: Tolerance of each bisection, in deg.

@@ -31,7 +31,7 @@ class FeedbackParameters:
         maximum=60.0,
     )
     gain_unit: float = parameter(
-        0.7695,
+        1.009,
         'Ratio of the unit of the gain to the unit of the controller board; the gain of the '
         'amplifier between gyro and board is not published.',
         minimum=0.1,
@@ -40,6 +40,19 @@ class FeedbackParameters:
     limit_deg: float = parameter(
         30.0, 'Largest correction in both directions.', unit='deg', minimum=0.0, maximum=60.0
     )
+
+
+def rate_delay(periods: int) -> int:
+    """Return the parameter for the delay of the pitch rate, with a default of its own."""
+    delay: int = parameter(
+        periods,
+        'Delay of the pitch rate before the comparator, in control periods, in addition to the '
+        "board's own delay.",
+        minimum=0,
+        maximum=10,
+        read_only=True,
+    )
+    return delay
 
 
 @dataclass(frozen=True)
@@ -60,7 +73,7 @@ class BalanceParameters(FeedbackParameters):
         maximum=5.0,
     )
     reference_offset: float = parameter(
-        -0.7072,
+        0.0,
         "Constant part of the reference rate: the offset of the comparator's reference from the "
         "gyro's voltage at rest; below 0 the robot leans back.",
         unit='rad/s',
@@ -75,14 +88,7 @@ class BalanceParameters(FeedbackParameters):
         minimum=-10.0,
         maximum=10.0,
     )
-    rate_delay: int = parameter(
-        0,
-        'Delay of the pitch rate before the comparator, in control periods, in addition to the '
-        "board's own delay.",
-        minimum=0,
-        maximum=10,
-        read_only=True,
-    )
+    rate_delay: int = rate_delay(0)
     start_ramp: float = parameter(
         1.0,
         'Time from the start of the run in which the correction rises linearly from 0 to its full '

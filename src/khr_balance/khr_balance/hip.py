@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_balance.feedback import BalanceController, BalanceParameters
+from khr_balance.feedback import BalanceController, BalanceParameters, rate_delay
 from khr_common.block import NodeSpec, Signals
 from khr_common.interfaces import GYRO, HIP_CORRECTION, STAGE
 
@@ -12,6 +12,8 @@ from khr_common.interfaces import GYRO, HIP_CORRECTION, STAGE
 @dataclass(frozen=True)
 class HipControllerParameters(BalanceParameters):
     """The parameter table of the hip controller."""
+
+    rate_delay: int = rate_delay(1)
 
 
 class HipController(BalanceController[HipControllerParameters]):

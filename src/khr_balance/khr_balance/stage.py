@@ -81,7 +81,7 @@ class StageParameters:
         maximum=60.0,
     )
     sensor_distance: float = parameter(
-        0.023,
+        0.02694,
         'Distance b of the toe and heel sensors from the ankle axis.',
         unit='m',
         minimum=0.005,

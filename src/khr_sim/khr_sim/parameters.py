@@ -13,9 +13,9 @@ def _friction(default: float, materials: str) -> Any:
     return parameter(default, f'Friction coefficient of {materials}.', minimum=0.0, maximum=2.0)
 
 
-def _scale(joints: str, gain: str) -> Any:
+def _scale(default: float, joints: str, gain: str) -> Any:
     return parameter(
-        1.0,
+        default,
         f'{gain.capitalize()} gain of the {joints} servos relative to the identified loop.',
         minimum=0.1,
         maximum=5.0,
@@ -63,11 +63,11 @@ class SimulatorParameters:
         minimum=0.0,
         maximum=2.0,
     )
-    friction_smooth: float = _friction(0.2402, 'the bare sole on the smooth slope')
-    friction_rubber: float = _friction(0.8, 'the rubber sole on the slope')
+    friction_smooth: float = _friction(0.2202, 'the bare sole on the smooth slope')
+    friction_rubber: float = _friction(0.2805, 'the rubber sole on the slope')
     friction_pads: float = _friction(0.8, 'the force-sensor pads on the slope')
     pad_distance: float = parameter(
-        0.023,
+        0.02694,
         'Distance of toe pad and heel pad from the ankle axis.',
         unit='m',
         minimum=0.005,
@@ -169,12 +169,12 @@ class SimulatorParameters:
     pid_kd: float = parameter(
         2.0, 'Derivative gain of the identified servo loop.', unit='s', minimum=0.0, maximum=10.0
     )
-    pid_scale_hip: float = _scale('hip', 'proportional')
-    pid_scale_knee: float = _scale('knee', 'proportional')
-    pid_scale_ankle: float = _scale('ankle', 'proportional')
-    pid_kd_scale_hip: float = _scale('hip', 'derivative')
-    pid_kd_scale_knee: float = _scale('knee', 'derivative')
-    pid_kd_scale_ankle: float = _scale('ankle', 'derivative')
+    pid_scale_hip: float = _scale(2.225, 'hip', 'proportional')
+    pid_scale_knee: float = _scale(2.031, 'knee', 'proportional')
+    pid_scale_ankle: float = _scale(1.029, 'ankle', 'proportional')
+    pid_kd_scale_hip: float = _scale(1.562, 'hip', 'derivative')
+    pid_kd_scale_knee: float = _scale(1.0, 'knee', 'derivative')
+    pid_kd_scale_ankle: float = _scale(0.3369, 'ankle', 'derivative')
     rotor_inertia: float = parameter(
         0.004,
         'Inertia of rotor and gears of a servo, reflected to the output shaft.',
@@ -183,14 +183,14 @@ class SimulatorParameters:
         maximum=0.02,
     )
     gear_stiffness: float = parameter(
-        45.67,
+        59.99,
         'Stiffness between potentiometer and link of a servo: shaft, horn, bracket.',
         unit='N m/rad',
         minimum=1.0,
         maximum=200.0,
     )
     gear_stiffness_ankle: float = parameter(
-        33.24,
+        17.33,
         'Gear stiffness of the ankle servos, pitch and roll; 0 takes the value of all servos.',
         unit='N m/rad',
         minimum=0.0,
@@ -204,14 +204,14 @@ class SimulatorParameters:
         maximum=0.025,
     )
     servo_friction: float = parameter(
-        0.1159,
+        0.03409,
         'Dry friction of motor and gears of a servo, at the output shaft.',
         unit='N m',
         minimum=0.0,
         maximum=0.5,
     )
     backlash_deg: float = parameter(
-        0.4007,
+        0.3373,
         'Total free play of the gears of a servo, at the output shaft.',
         unit='deg',
         minimum=0.0,

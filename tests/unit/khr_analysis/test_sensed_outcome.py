@@ -28,7 +28,7 @@ def test_a_fall_is_sensed_and_a_walk_is_none(enabled, verdicts):
         {
             ('ankle_controller', 'enabled'): enabled,
             ('simulator', 'stop_when_tilted_deg'): 180.0,
-            ('simulator', 'duration'): 6.0,
+            ('simulator', 'duration'): 8.0,
         }
     )
     result, outcome = sensed(scenario)

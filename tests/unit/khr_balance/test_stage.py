@@ -23,7 +23,7 @@ from khr_common.errors import KhrError
 from tests.support.signals import corrected
 
 WEIGHT = 1.5 * 9.80665
-B = 0.023
+B = StageParameters().sensor_distance
 PERIOD = 0.015
 AUTO = StageParameters(mode='auto', time_constant=0.0)
 STANCE = Gait(GaitParameters(motion='stand')).reference(0.0)

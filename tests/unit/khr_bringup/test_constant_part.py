@@ -22,6 +22,7 @@ def test_it_is_the_correction_of_a_robot_that_does_not_move():
         ('ankle_controller', 'enabled'): True,
         ('ankle_controller', 'gain'): 12.0,
         ('simulator', 'duration'): 3.0,
+        ('ankle_controller', 'reference_offset'): -0.5,
         ('gyro', 'noise'): 0.0,
     }
     _, series = run_with_series(load_scenario('stand_0deg').changed(still))

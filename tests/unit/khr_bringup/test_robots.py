@@ -9,7 +9,7 @@ from khr_common.errors import KhrError
 
 def test_robot_gives_the_parameters_that_the_scenario_leaves_out():
     walk = load_scenario('walk_6.99deg_ka12').changed({('gyro', 'bandwidth'): 3.0})
-    assert robot_names() == ['feedback', 'leaning']
+    assert robot_names() == ['leaning']
     leaning = on_robot(walk, 'leaning')
     assert leaning.of('ankle_controller')['reference_offset'] == -0.7072
     assert leaning.of('gyro')['bandwidth'] == 3.0, 'the scenario states it'
@@ -21,7 +21,7 @@ def test_robot_is_a_file_as_well_and_an_unknown_one_is_refused(tmp_path):
     file = tmp_path / 'soft.yaml'
     file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: 20.0\n')
     assert constants_of(str(file)) == {('simulator', 'gear_stiffness'): 20.0}
-    with pytest.raises(KhrError, match="'stiff': no such robot; accepted: feedback, leaning, or"):
+    with pytest.raises(KhrError, match="'stiff': no such robot; accepted: leaning, or"):
         constants_of('stiff')
     file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: -1.0\n')
     with pytest.raises(KhrError, match=r'soft.yaml: simulator: gear_stiffness: -1.0'):

@@ -57,7 +57,7 @@ def test_its_stiffness_is_that_of_stretch_and_gear_in_series():
 
 @pytest.mark.parametrize('group', ['hip', 'knee', 'ankle'])
 def test_a_group_of_servos_has_its_own_pid(group):
-    base = SimulatorParameters(servo_friction=0.0, backlash_deg=0.0, pid_ki=0.0)
+    base = replace(SMOOTH, servo_model='pid', pid_ki=0.0)
     scaled = replace(base, **{f'pid_scale_{group}': 2.0, f'pid_kd_scale_{group}': 3.0})
     for name, loop, gain in zip(
         JOINTS,

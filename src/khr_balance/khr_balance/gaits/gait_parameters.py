@@ -18,9 +18,9 @@ class GaitParameters:
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
     and 24 to 31 mm at touchdown, the hips 118 mm above the ankles, and a torso pitch of -2 to
     7 deg. The paths between these values are our own. The positions of the centre of mass are
-    fitted together with constants of servos, ground and controllers
-    (docs/calibration_leaning.md), for the walk within the maker's range. ``heel_off`` and the arms
-    are assumed; the hips are 3 mm lower, otherwise the rear leg is too short.
+    fitted together with constants of servos, ground and controllers (docs/calibration.md).
+    ``heel_off`` and the arms are assumed; the hips are 3 mm lower, otherwise the rear leg is too
+    short.
     """
 
     motion: str = parameter(
@@ -81,28 +81,28 @@ class GaitParameters:
     )
 
     com_stance: float = parameter(
-        -0.008499,
+        -0.00288,
         "Centre of mass ahead of the soles' centres in the stance.",
         unit='m',
         minimum=-0.05,
         maximum=0.05,
     )
     walk_start_shift: float = parameter(
-        0.0,
+        0.004201,
         'Walk: shift of the centre of mass ahead of ``com_stance`` in the first and last stance.',
         unit='m',
         minimum=-0.03,
         maximum=0.03,
     )
     first_step_shift: float = parameter(
-        0.0,
+        -0.004731,
         'Walk: shift of the centre of mass ahead of ``com_lifted`` in the first step.',
         unit='m',
         minimum=-0.03,
         maximum=0.03,
     )
     com_lifted: float = parameter(
-        0.01167,
+        0.003136,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
         unit='m',
@@ -110,7 +110,7 @@ class GaitParameters:
         maximum=0.05,
     )
     com_touchdown: float = parameter(
-        0.0296,
+        0.0273,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
         unit='m',
         minimum=-0.05,
@@ -170,7 +170,7 @@ class GaitParameters:
     )
 
     lift_com_inboard: float = parameter(
-        0.0,
+        -0.002596,
         "Leg lift: centre of mass inboard of the stance sole's centre.",
         unit='m',
         minimum=-0.03,

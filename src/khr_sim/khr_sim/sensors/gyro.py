@@ -45,7 +45,7 @@ class GyroParameters:
         maximum=10.0,
     )
     bandwidth: float = parameter(
-        8.919, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0
+        5.474, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0
     )
     noise: float = parameter(
         0.01,

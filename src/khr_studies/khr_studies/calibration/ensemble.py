@@ -81,10 +81,7 @@ def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
     """Return the members as the file of an ensemble has them."""
     return [
         Member(
-            {
-                f'{node}.{key}': value if isinstance(value, str) else float(str(value))
-                for (node, key), value in plan.changes(robot.constants)
-            },
+            {f'{node}.{key}': value for (node, key), value in plan.changes(robot.constants)},
             {row.title: round(robot.value(row.title), 3) for row in plan.limits},
         )
         for robot in found.robots

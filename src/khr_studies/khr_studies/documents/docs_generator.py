@@ -64,9 +64,9 @@ def generated(root: Path) -> dict[Path, str]:
         docs / 'figures.md': figures_markdown(),
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
         **_from_results(
-            docs / 'scoreboard_feedback.json',
+            docs / 'scoreboard_leaning.json',
             Scoreboard,
-            partial(scoreboard_markdown, json='scoreboard_feedback.json'),
+            partial(scoreboard_markdown, json='scoreboard_leaning.json'),
         ),
         **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -27,7 +28,7 @@ class Member:
         limits_deg: critical inclinations by the title of the condition.
     """
 
-    constants: dict[str, float | str]
+    constants: dict[str, Any]
     limits_deg: dict[str, float]
 
 

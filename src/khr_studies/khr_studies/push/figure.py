@@ -109,7 +109,7 @@ def with_and_without_control(found: motions.RobotAndModel) -> Figure:
         for each, look in zip(pushed, LOOKS, strict=False):
             axis.plot(each.time, 1e3 * each.values, label=f'K_A = {each.gain:g}', **look)
         _show_band(axis, found)
-        axis.legend(loc='upper right')
+        legend_above(axis)
     head(
         figure,
         f'Figure 4.11: a push from behind, {found.force:.2f} N for {motions.PUSHED:g} s, with and '

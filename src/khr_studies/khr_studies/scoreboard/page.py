@@ -52,8 +52,7 @@ KINDS = {
     'statics': 'rows of statics',
     'formula': 'formulas',
 }
-FITTED = 'are used by the calibration of the robot `feedback` ([calibration.md](calibration.md))'
-FITTED_DEFAULT = 'and some by the calibration of the default robot ([calibration_leaning.md](calibration_leaning.md))'
+FITTED = 'are used by the calibration of the default robot ([calibration.md](calibration.md))'
 HEAD = """# Scoreboard{robot}
 
 The robot of Dutta (2021) against the simulated one. Written by {command}; do not edit. The same
@@ -246,8 +245,7 @@ def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str
     command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`{whole}`'
     of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
     robot = f' of the robot `{board.robot}`' if board.robot else ''
-    fitted = FITTED if board.robot else f'{FITTED} {FITTED_DEFAULT}'
-    head = HEAD.format(robot=robot, fitted=fitted, command=f'{command} with {of}', json=json)
+    head = HEAD.format(robot=robot, fitted=FITTED, command=f'{command} with {of}', json=json)
     return f'{head}\n{markdown(blocks(board))}\n'
 
 

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_bringup.node_registry import table_of
-from khr_bringup.scenario.robots import constants_of
 from khr_common import KhrError, RunError, check, specifications
 from khr_studies.calibration import trial_robot
 from khr_studies.calibration.objective import Task, measure_robot
@@ -232,15 +231,11 @@ def test_rows_measure_the_default_robot_on_the_quick_engine():
     assert robot.walk(Condition('walk'), 13.0, 0).lasted < 1.0
 
 
-def test_robot_feedback_has_the_fitted_constants_and_leaning_the_defaults():
+def test_the_defaults_are_the_fitted_constants():
     fitted = yaml.safe_load((ROOT / 'docs' / 'calibration.yaml').read_text())
-    assert constants_of('feedback') == {
-        (node, key): value
-        for node, body in fitted.items()
-        for key, value in body['ros__parameters'].items()
-    }
-    for (node, key), value in constants_of('leaning').items():
-        assert check_default(f'{node}.{key}') == value
+    for node, body in fitted.items():
+        for key, value in body['ros__parameters'].items():
+            assert check_default(f'{node}.{key}') == value
 
 
 def test_the_scoreboard_calls_fitted_what_the_plan_has():

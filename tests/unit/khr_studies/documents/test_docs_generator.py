@@ -3,7 +3,9 @@
 import pytest
 
 from khr_studies.documents.docs_generator import generated
-from khr_studies.scoreboard.page import scoreboard_markdown, write
+from khr_studies.measuring.json_file import read_json
+from khr_studies.scoreboard.page import scoreboard_markdown, summary, write
+from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare
 from tests import ROOT
 from tests.fakes.benches import Thesis
@@ -30,3 +32,14 @@ def test_stored_results_are_rendered_without_measuring(tmp_path):
     write(board, page)
     page.unlink()
     assert generated(tmp_path)[page] == scoreboard_markdown(board)
+
+
+def test_the_readme_has_the_numbers_of_the_scoreboard():
+    board = read_json(ROOT / 'docs' / 'scoreboard.json', Scoreboard)
+    readme = ' '.join((ROOT / 'README.md').read_text(encoding='utf-8').split())
+    for row in board.limits:
+        if row['condition'].startswith('walk, '):
+            title = row['condition'].removeprefix('walk, ')
+            assert f'| {title} | {row["thesis_deg"]:g} | {row["deg"]:.1f} |' in readme
+    predictions, fitted, *_ = summary(board).split('; ')
+    assert f'{predictions}; {fitted}:' in readme

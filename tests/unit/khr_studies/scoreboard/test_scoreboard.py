@@ -354,18 +354,15 @@ def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
 
 @pytest.mark.slow
 def test_measurements_are_of_the_run():
-    slow = (
+    quick_walk = (
         (('gait', 'start_delay'), 0.0),
         (('gait', 'end_pause'), 0.0),
         (('gait', 'cycles'), 3),
-        (('gait', 'cycle_period'), 1.5),
-        (('gait', 'stride'), 0.02),
-        (('gait', 'lift'), 0.008),
-        (('gait', 'sway'), 0.005),
+        (('gait', 'cycle_period'), 1.9),
     )
-    found = walk(Condition(changes=slow), 0.0, 0)
+    found = walk(Condition(changes=quick_walk), 0.0, 0)
     assert found['stayed_up'] and found['peaks_hz']
-    assert all(0.5 / 1.5 < frequency < 15.5 for frequency in found['peaks_hz'])
+    assert all(0.5 / 1.9 < frequency < 15.5 for frequency in found['peaks_hz'])
     assert found['amplitude_rad_s'] > 0.0 and found['late'] is None and -1.0 <= found['early'] <= 1
     quick = ((('gait', 'hold_time'), 1.0), (('gait', 'end_pause'), 0.0))
     one = lift(Condition('leg_lift', changes=quick), 1.0, 0)

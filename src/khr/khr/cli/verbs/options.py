@@ -59,8 +59,8 @@ RobotOption = Annotated[
     str,
     typer.Option(
         '--robot',
-        help='Constants of another robot for all that the scenario leaves out: feedback, '
-        'leaning, or a parameter file.',
+        help='Constants of another robot for all that the scenario leaves out: leaning, '
+        'or a parameter file.',
     ),
 ]
 EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
