@@ -68,6 +68,7 @@ class Processes:
         """
         ros = [
             '--ros-args',
+            '--disable-external-lib-logs',  # a second file for each process; all is in name.log
             *(word for file in parameters for word in ('--params-file', str(file))),
         ]
         self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
@@ -148,7 +149,15 @@ class Processes:
                     failed.append(f'{name} did not end when it was asked to, and was killed')
                 elif child.returncode not in WELL and name not in self._foreign:
                     failed.append(self._obituary(name, child.returncode))
+        self._remove_empty_logs()
         return '; '.join(failed) or None
+
+    def _remove_empty_logs(self) -> None:
+        for name in self._children:
+            log = self._log / f'{name}.log'
+            with suppress(OSError):  # somebody may have removed the folder
+                if log.stat().st_size == 0:
+                    log.unlink()
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from khr_bringup.graph import processes
-from khr_bringup.graph.processes import Processes, batch_scheduling
+from khr_bringup.graph.processes import EXECUTABLE, Processes, batch_scheduling
 from tests.support.runs import wait_for
 
 PARENT = """
@@ -126,6 +126,14 @@ def test_a_module_that_does_not_load_is_one_line(tmp_path):
     children._children['recorder'].wait()
     assert children.ended().startswith('recorder ended with 1: tests.fakes.no_such_module: Imp')
     assert len((tmp_path / 'recorder.log').read_text().splitlines()) == 1
+
+
+@pytest.mark.parametrize('words, kept', [((), []), (('a reason',), ['recorder.log'])])
+def test_an_empty_log_is_removed_at_the_end(tmp_path, words, kept):
+    children = started(tmp_path, EXECUTABLE, '/bin/echo', '-n', *words)
+    children._children['recorder'].wait()
+    children.stop()
+    assert [path.name for path in tmp_path.iterdir()] == kept
 
 
 def wait_for_line(folder, name='recorder'):
