@@ -93,6 +93,24 @@ def test_every_axis_has_ticks_and_every_chart_its_units(page, title):
     assert re.search('deg/s|N|deg', chart(page, title).locator('.u-title').inner_text())
 
 
+RESIZE = """async chart => {
+    const {width, height} = chart;
+    const drawn = () => new Promise((done) => setTimeout(done, 100));
+    chart.setSize({width: 0, height});
+    await drawn();
+    chart.setSize({width, height});
+    chart.setData(chart.data, false);
+    chart.redraw();
+    await drawn();
+    return chart.axes[0]._found[1];
+}"""
+
+
+@pytest.mark.parametrize('title', TITLES)
+def test_an_axis_keeps_its_ticks_when_size_and_data_come_at_once(page, title):
+    assert drawn(page, title, RESIZE) > 0
+
+
 def test_the_cursor_shows_the_values_of_one_time_in_all_charts(page):
     chart(page, 'Foot forces').locator('.u-over').hover()
 

@@ -12,7 +12,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Response
 
 FOLDER = 'khr/'  # beneath the page's address
-SCRIPTS = ('word.js', 'picture.js', 'input.js', 'gaps.js')
+SCRIPTS = ('word.js', 'picture.js', 'input.js', 'charts.js')
 STYLE = 'khr.css'
 KINDS = {'css': 'text/css', 'js': 'text/javascript', 'csv': 'text/csv'}
 PAGE = ('/', '/index.html')
