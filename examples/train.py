@@ -1,6 +1,6 @@
 """Learn to stay up: a policy trained for a minute or two by PPO of Stable-Baselines3.
 
-A push from behind, 3 N for 0.4 s, meets the standing robot. The policy is linear: a gain of ankles
+A push from behind, 2.5 N for 0.4 s, meets the standing robot. The policy is linear: a gain of ankles
 and hips for each number that the robot observes. Doing nothing, the robot falls in most episodes.
 Train with several seeds: with one it may stay up in nearly all episodes, with another in few.
 
@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 import khr
 
-PUSH = 't=0.3 duration=0.4 link=base_link frame=odom force=3,0,0 point=0,0,0.05'
+PUSH = 't=0.3 duration=0.4 link=base_link frame=odom force=2.5,0,0 point=0,0,0.05'
 SET = {'simulator.pushes': [PUSH], 'simulator.duration': 4, 'simulator.surface': 'rubber'}
 UNSEEN = range(1_000_000, 1_000_020)  # seeds of episodes that no training has drawn
 
