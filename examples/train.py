@@ -1,8 +1,9 @@
 """Learn to stay up: a policy trained for a minute or two by PPO of Stable-Baselines3.
 
-A push from behind, 2.5 N for 0.4 s, meets the standing robot. The policy is linear: a gain of ankles
-and hips for each number that the robot observes. Doing nothing, the robot falls in most episodes.
-Train with several seeds: with one it may stay up in nearly all episodes, with another in few.
+A push from behind, 2.5 N for 0.4 s, meets the standing robot. The policy is linear: a gain of
+ankles and hips for each number that the robot observes. Doing nothing, the robot falls in most
+episodes. Train with several seeds: with one it may stay up in nearly all episodes, with another
+in few.
 
 pip install -r examples/training-requirements.txt
 python examples/train.py --seed 0
