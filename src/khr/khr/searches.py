@@ -40,6 +40,7 @@ def critical(
     seeds: int = 5,
     tolerance: float = 0.1,
     workers: Workers = None,
+    out: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Limit:
     """Measure the critical inclination, in deg, by bisection over seeds.
@@ -56,6 +57,7 @@ def critical(
         seeds: Seeds of each measurement.
         tolerance: Tolerance of each bisection, in deg.
         workers: Processes on this machine; one per core by default.
+        out: File for the runs as CSV, or for limit and runs as JSON: FILE.csv or FILE.json.
         progress: Show the progress on stderr.
 
     Returns:
@@ -72,11 +74,17 @@ def critical(
         True
     """
     from khr_studies.measuring.critical import measure_limit
+    from khr_studies.measuring.limit import check_file, write_limit
     from khr_sweeps.pool import local_pool
 
     condition = condition_of(motion, ankle_gain, hip_gain, surface, uphill, set, engine, robot)
+    if out:
+        check_file(Path(out))
     with local_pool(workers, 'workers', quiet=not progress) as pool:
-        return measure_limit(condition, seeds, tolerance, pool)
+        limit = measure_limit(condition, seeds, tolerance, pool)
+    if out:
+        write_limit(limit, Path(out))
+    return limit
 
 
 def condition_of(

@@ -9,7 +9,6 @@ allowed.
 from __future__ import annotations
 
 import sys
-from math import degrees
 
 import pandas as pd
 
@@ -57,11 +56,15 @@ def limit_of_seed(condition: Condition, seed: int, start: float, tolerance: floa
     def stays_up(inclination_deg: float) -> bool:
         outcome = run_condition(condition, inclination_deg, seed)
         runs.append(run_row(condition, inclination_deg, seed, outcome))
-        print(f'{condition.title:24}{_run_text(runs[-1])}', file=sys.stderr, flush=True)
         return outcome.stayed_up
 
     shifted = start + tolerance * (seed * GOLDEN % 1.0)
     limit_deg = bracket_limit(stays_up, shifted, ENDS, STEP, tolerance).middle
+    print(
+        f'{condition.title}: seed {seed}, {limit_deg:.2f} deg after {len(runs)} runs',
+        file=sys.stderr,
+        flush=True,
+    )
     return [{**run, 'limit_deg': limit_deg} for run in runs]
 
 
@@ -91,12 +94,3 @@ def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool
     others = ((condition, seed, around, tolerance) for seed in range(1, seeds))
     rest = measure(pool, limit_of_seed, (({}, arguments) for arguments in others))
     return Limit.of(pd.concat([first, rest]), tolerance)
-
-
-def _run_text(run: Row) -> str:
-    """Format a run of a search as one line."""
-    return (
-        f'{run["inclination_deg"]:6.2f} deg  seed {run["seed"]}  {run["verdict"]:8}'
-        f'slip {run["largest_slip_m"] * 1000:5.1f} mm  '
-        f'vibration {degrees(run["vibration_rad_s"]):5.1f} deg/s'
-    )

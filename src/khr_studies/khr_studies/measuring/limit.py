@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from math import degrees, hypot, sqrt
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from khr_common.errors import KhrError
+from khr_common.files import write_text
 from khr_studies.measuring.run_table import half_interval, run_table
 
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
@@ -93,6 +97,27 @@ def limit_text(title: str, limit: Limit) -> str:
         f'just below {_share("slips", limit.slipped)}, {_share("vibrates", limit.vibrated)} '
         f'({degrees(limit.vibration):.1f} deg/s above 4 Hz, limit {degrees(VIBRATES):.1f})'
     )
+
+
+def check_file(file: Path) -> None:
+    """Raise a :class:`KhrError` unless :func:`write_limit` can write a file of this name."""
+    if file.suffix not in ('.csv', '.json'):
+        raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.json')
+
+
+def write_limit(limit: Limit, file: Path) -> None:
+    """Write the runs of all searches as CSV, or limit and runs as JSON."""
+    if file.suffix == '.csv':
+        write_text(file, limit.runs.to_csv(index=False, lineterminator='\n'))
+        return
+    content = {
+        'limit_deg': limit.mean,
+        'half_width_deg': limit.half_width,
+        'limits_of_seeds_deg': limit.of_seeds,
+        'tolerance_deg': limit.tolerance,
+        'runs': json.loads(limit.runs.to_json(orient='records')),
+    }
+    write_text(file, json.dumps(content, indent=2) + '\n')
 
 
 def _share(word: str, share: float) -> str:

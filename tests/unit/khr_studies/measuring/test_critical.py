@@ -1,6 +1,9 @@
 """The critical inclination: the search, its statistics, and what a trial does."""
 
+import json
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from khr_balance.ankle import AnkleControllerParameters
@@ -11,7 +14,14 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring import critical
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
-from khr_studies.measuring.limit import ONE_SEED_DEG, RAGGED, VIBRATES, Limit
+from khr_studies.measuring.limit import (
+    ONE_SEED_DEG,
+    RAGGED,
+    VIBRATES,
+    Limit,
+    check_file,
+    write_limit,
+)
 from khr_studies.measuring.run_table import run_table
 from tests.fakes.benches import full_outcome, outcome
 from tests.fakes.pools import HerePool
@@ -26,7 +36,7 @@ def test_interval_is_students_over_what_bisection_and_raggedness_leave():
     assert Limit((5.0,), 0.2).half_width == pytest.approx(np.hypot(rest, 1.96 * ONE_SEED_DEG))
 
 
-def test_seeds_search_on_lattices_of_their_own(monkeypatch):
+def test_seeds_search_on_lattices_of_their_own(monkeypatch, capsys, tmp_path):
     def run(condition, inclination_deg, seed):
         return full_outcome('walked' if inclination_deg < 7 else 'fell')
 
@@ -35,6 +45,17 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch):
     assert len(set(limit.of_seeds)) == 6
     assert limit.of_seeds == pytest.approx([7.0] * 6, abs=0.1)
     assert limit.tolerance == 0.2
+    assert len(capsys.readouterr().err.splitlines()) == 6, 'one line a seed'
+    for name in ('runs.csv', 'limit.json'):
+        write_limit(limit, tmp_path / name)
+    content = json.loads((tmp_path / 'limit.json').read_text())
+    assert content['limit_deg'] == pytest.approx(limit.mean)
+    assert len(content['runs']) == len(pd.read_csv(tmp_path / 'runs.csv')) == len(limit.runs)
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(KhrError, match=r'--out: .* accepted: FILE.csv or FILE.json'):
+        check_file(tmp_path / 'limit.txt')
 
 
 def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
