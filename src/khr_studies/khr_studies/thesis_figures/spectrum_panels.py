@@ -19,6 +19,7 @@ from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate, Walk, gains_l
 
 ROBOT, THESIS = COLORS[:2]
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
+EDGE = 0.3  # Hz beyond the largest, so that no marker is cut
 MARK_HEIGHT = 0.96  # fraction of the height of a panel, of the thesis's peaks
 MARK: Look = {'marker': 'v', 'markerfacecolor': 'white', 'linewidth': 1.0}
 
@@ -54,7 +55,7 @@ def draw_spectra(
     for number in range(1, int(LARGEST_HZ * GAIT_PERIOD) + 1):
         axis.axvline(number / GAIT_PERIOD, color='0.9', linewidth=0.5, zorder=0)
     axis.grid(False)
-    axis.set(xlabel='frequency (Hz)', xlim=(0.0, LARGEST_HZ))
+    axis.set(xlabel='frequency (Hz)', xlim=(0.0, LARGEST_HZ + EDGE))
     if phase:
         axis.set(ylabel='phase (°)', ylim=(-190.0, 220.0), yticks=[-180, -90, 0, 90, 180])
     else:  # with room for the marks above the curves

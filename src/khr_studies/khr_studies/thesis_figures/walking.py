@@ -21,7 +21,7 @@ from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.thesis_walks import published_lines
 from khr_studies.thesis_figures.gaits import walks_of
 from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate
-from khr_studies.thesis_figures.spectrum_panels import LARGEST_HZ, spectrum_of
+from khr_studies.thesis_figures.spectrum_panels import EDGE, LARGEST_HZ, spectrum_of
 
 # Inclinations at which the thesis walked with each gain, deg
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
@@ -59,7 +59,7 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     _mark_published(axis)
     _mark_dominant(axis, runs, rate)
     axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)')
-    axis.set(xlim=(-0.2, 10.6), ylim=(0.0, LARGEST_HZ))
+    axis.set(xlim=(-0.2, 10.6), ylim=(0.0, LARGEST_HZ + EDGE))
     axis.grid(False)
     named = {str(line.get_label()): line for line in main_lines(axis)}
     shown = [line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name]
