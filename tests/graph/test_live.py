@@ -11,10 +11,10 @@ from itertools import pairwise
 
 import psutil
 import pytest
-import yaml
 
 from khr_bringup.changes import changes_in
 from khr_bringup.recorded.bags import read_messages
+from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import DIAGNOSTICS, TF_AVAILABLE
 from tests.support.runs import (
     LONG,
@@ -81,8 +81,12 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     successor = khr('switch', 'lift_2.7deg', '--domain', run.domain)
     assert successor.code == 2 and 'accepted: a run of khr view' in successor.err
     shown = khr('get', 'ankle_controller', '--domain', run.domain).out
-    assert yaml.safe_load(shown)['gain'] == 18.0
-    assert re.search(r'^limit_deg: .*# .* \[deg\]; accepted: float in \[.* deg$', shown, re.M)
+    again = scenarios.parse(shown, 'shown.yaml', 'shown')
+    assert again.of('ankle_controller')['gain'] == 18.0
+    assert khr('get', '/ankle_controller', 'gain', '--domain', run.domain).out.startswith(
+        'gain: 18'
+    )
+    assert re.search(r'^    limit_deg: .*# .* \[deg\]; accepted: float in \[.* deg$', shown, re.M)
     absent = khr('get', 'knee', '--domain', run.domain, '--timeout', '0.2')
     assert absent.code == 2 and 'within 0.2 s; accepted: ' in absent.err
 

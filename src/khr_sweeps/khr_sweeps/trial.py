@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from khr_analysis.outcome import Outcome
 from khr_bringup.code_version import code_version
 from khr_bringup.node_registry import registry
-from khr_bringup.scenario.scenario import Scenario, Values
+from khr_bringup.scenario.parameter_file import Values
+from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 
 if TYPE_CHECKING:

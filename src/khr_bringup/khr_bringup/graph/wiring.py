@@ -15,7 +15,8 @@ from khr_analysis.node_specs import RECORDER
 from khr_bringup.node_registry import spec_of, table_of
 from khr_bringup.offline import SIMULATOR, duration
 from khr_bringup.run_folder import SCENARIO
-from khr_bringup.scenario.scenario import ANYWHERE, Scenario, Values
+from khr_bringup.scenario.parameter_file import Values
+from khr_bringup.scenario.scenario import ANYWHERE, Scenario
 from khr_common import specifications
 from khr_common.files import write_text
 from khr_common.interfaces import CLOCK, LOG, PUSH, Topic

@@ -19,19 +19,18 @@ from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_bringup.scenario.motion_file import with_motion
-from khr_common import ParameterError, build, check, specifications
+from khr_bringup.scenario.parameter_file import Values, checked, floats_of, values_of
+from khr_common import ParameterError, build, specifications
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
 from khr_common.text.quoting import LONGEST, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sim.run_parameters import GAIT
 
-RETIRED = {('recorder', 'scenario')}  # wiring of earlier versions
 SHORTEST_PREFIX, MOST_OFFERED = 3, 5  # letters, and names of scenarios
 ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 SHIPPED = CONFIG / 'scenarios'
-Values = dict[str, dict[str, Any]]
 Table = TypeVar('Table')
 
 
@@ -103,7 +102,7 @@ class Scenario:
         if (GAIT, 'motion_file') in changes:  # its frames are read
             values.get(GAIT, {}).pop('frames', None)
         for (node, key), value in changes.items():
-            values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
+            values.setdefault(node, {})[key] = checked(self.name, node, key, value)
         return replace(self, values=_consistent(self.name, values))
 
     def driven_by(self, driver: Driver) -> Scenario:
@@ -198,15 +197,7 @@ def parse(text: str, file: str, name: str) -> Scenario:
     Raises:
         KhrError: as :func:`load_scenario`; ``file`` is the name in the text.
     """
-    document = read_yaml(text, file)
-    if not isinstance(document, dict):
-        raise KhrError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
-    values: Values = {}
-    for node, body in document.items():
-        known = _known_node(file, node)
-        if known in values:
-            raise KhrError(f'{file}: {known}: given twice; accepted: one block per node')
-        values[known] = _node_values(file, node, body)
+    values = values_of(read_yaml(text, file), file)
     return Scenario(name, _consistent(file, values, Path(file).parent), title_of(text))
 
 
@@ -275,9 +266,13 @@ def parse_value(node: str, key: str, text: str) -> Any:
 
 
 def typed(node: str, key: str, value: Any) -> Any:
-    """Convert an integer to a float if the parameter is a float."""
-    known = specifications(table_of(node)).get(key) if node in registry() else None
-    return float(value) if known and known.kind is float and type(value) is int else value
+    """Convert integers to floats if the parameter is a float or a list of floats."""
+    if node not in registry():
+        return value
+    known = specifications(table_of(node)).get(key)
+    if known and known.kind is float and type(value) is int:
+        return float(value)
+    return floats_of(node, key, value)
 
 
 def _natural(stem: str) -> list[Any]:
@@ -285,45 +280,6 @@ def _natural(stem: str) -> list[Any]:
         float(part) if re.fullmatch(r'[\d.]+', part) else part
         for part in re.split(r'(\d+(?:\.\d+)?)', stem)
     ]
-
-
-def _known_node(file: str, node: Any) -> str:
-    name = str(node).rsplit('/', 1)[-1]
-    if name not in registry():
-        raise KhrError(f'{file}: {named(node)}: no such node; accepted: {", ".join(registry())}')
-    return name
-
-
-def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
-    if not isinstance(body, dict) or list(body) != ['ros__parameters']:
-        raise KhrError(f'{file}: {named(node)}: accepted: one key ros__parameters')
-    keys = body['ros__parameters']
-    if not isinstance(keys, dict):
-        raise KhrError(f'{file}: {named(node)}: ros__parameters: accepted: a mapping')
-    name = _known_node(file, node)
-    return {
-        key: _checked(file, name, key, value)
-        for key, value in keys.items()
-        if not _is_wiring(name, key)  # of a recorded run of an earlier version
-    }
-
-
-def _is_wiring(node: str, key: Any) -> bool:
-    known = specifications(table_of(node)).get(key)
-    return (node, key) in RETIRED or (known is not None and known.wiring)
-
-
-def _checked(file: str, node: str, key: str, value: Any) -> Any:
-    _known_node(file, node)
-    if _is_wiring(node, key):
-        raise KhrError(
-            f'{file}: {node}: {key} is not accepted: it is set when a run starts; accepted: a '
-            'scenario without it'
-        )
-    try:
-        return check(table_of(node), key, value)
-    except ParameterError as error:
-        raise KhrError(f'{file}: {node}: {error}') from error
 
 
 def _consistent(file: str, values: Values, folder: Path = Path()) -> Values:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
@@ -123,8 +124,13 @@ class _StrictLoader(yaml.CSafeLoader):
         return super().construct_mapping(node, deep)
 
 
-# Dates are no value of any parameter: they are read as text.
+# Dates are no value of any parameter: they are read as text. 1e-3 is a number, as in ROS 2.
 _StrictLoader.yaml_implicit_resolvers = {
     first: [pair for pair in resolvers if pair[0] != 'tag:yaml.org,2002:timestamp']
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
+_StrictLoader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$'),
+    list('-+.0123456789'),
+)

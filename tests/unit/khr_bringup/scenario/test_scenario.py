@@ -83,6 +83,8 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
         ),
         ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
         ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
+        ('/**:\n  ros__parameters:\n    stroll: 1\n', ['/**', 'stroll', 'no node']),
+        ('a:\n  gait:\n    motion: walk\n', ['a/gait', 'ros__parameters']),
         ('walk\n', ['parameter file']),
         ('gait: [\n', ['line 2', 'YAML']),
         (GOOD + GOOD, ['line 4', "'gait' is given twice"]),
@@ -221,6 +223,27 @@ def test_nodes_of_a_run_are_those_that_it_needs():
         'ankle_controller',
         'hip_controller',
     ]
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '/robot/gyro: {ros__parameters: {noise: 1e-3}}',
+        'robot: {/gyro: {ros__parameters: {noise: 1E-3}}}',
+        '/**: {ros__parameters: {noise: 0.001}}',
+        '/**/gyro: {ros__parameters: {noise: 1.e-3}}\n/**: {ros__parameters: {noise: 0.5}}',
+        '/gyro: {ros__parameters: {noise: 0.1e-2, use_sim_time: false, '
+        'qos_overrides: {/clock: {subscription: {depth: 1}}}}}',
+    ],
+)
+def test_a_parameter_file_of_ros_2_is_a_scenario(text):
+    assert scenarios.parse(text, 'mine.yaml', 'mine').of('gyro')['noise'] == 0.001
+
+
+def test_integers_in_a_list_of_floats_are_floats():
+    text = 'simulator: {ros__parameters: {push_point: [0, 0.5, 1e-1]}}'
+    point = scenarios.parse(text, 'mine.yaml', 'mine').of('simulator')['push_point']
+    assert point == [0.0, 0.5, 0.1] and {*map(type, point)} == {float}
 
 
 def test_a_node_is_described_once():

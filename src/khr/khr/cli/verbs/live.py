@@ -26,25 +26,35 @@ RunningDomainOption = Annotated[
 TimeoutOption = Annotated[
     float, typer.Option(min=0.1, help='Seconds to wait for the node, and for each answer.')
 ]
+NodeArgument = Annotated[
+    str, typer.Argument(help='A node of the running graph.', parser=lambda node: node.lstrip('/'))
+]
 
 
 def get_parameter(
-    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    node: NodeArgument,
     name: Annotated[
         str | None, typer.Argument(help='A parameter; all of them if left out.')
     ] = None,
     domain: RunningDomainOption = None,
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
-    """Show parameters of a running graph as YAML, with meaning and accepted values."""
+    """Show parameters of a running graph as YAML, with meaning and accepted values.
+
+    All parameters of a node are shown as a parameter file, which khr run takes as a scenario.
+    """
     entry = choose(domain)
+    indent = ''
+    if name is None:
+        print(f'/**/{node}:\n  ros__parameters:')
+        indent = '    '
     for each in get_parameters(node, name, entry.domain, timeout):
-        print(f'{each.name}: {each.as_yaml}{_comment(each)}')
+        print(f'{indent}{each.name}: {each.as_yaml}{_comment(each)}')
     _name(entry)
 
 
 def set_parameter(
-    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    node: NodeArgument,
     name: Annotated[str, typer.Argument(help='A parameter.')],
     value: Annotated[str, typer.Argument(help='Its new value.')],
     domain: RunningDomainOption = None,

@@ -1,0 +1,130 @@
+"""The parameters of every node from a ROS 2 parameter file, each checked by its node's table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from khr_bringup.node_registry import registry, table_of
+from khr_common import ParameterError, check, specifications
+from khr_common.errors import KhrError
+from khr_common.text.quoting import named
+
+Values = dict[str, dict[str, Any]]
+PARAMETERS = 'ros__parameters'
+WILDCARDS = ('*', '**')
+RETIRED = {('recorder', 'scenario')}  # wiring of earlier versions
+# Of rclpy, in every node: `ros2 param dump` writes them. Runs set the clock themselves.
+OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
+OVERRIDES = 'qos_overrides'
+
+
+def values_of(document: Any, file: str) -> Values:
+    """Return the stated parameters of each node; a node's own block goes before a wildcard's.
+
+    Args:
+        document: a ROS 2 parameter file: node names with namespaces or wildcards, also nested.
+        file: its name in error messages.
+
+    Raises:
+        KhrError: if a node or parameter is unknown, given twice, or a value is not accepted.
+    """
+    if not isinstance(document, dict):
+        raise KhrError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
+    values: Values = {}
+    shared: Values = {}
+    for node, stated in _blocks(file, '', document):
+        name = node.rpartition('/')[2]
+        if name in WILDCARDS:
+            _share(file, node, stated, shared)
+        elif known_node(file, name) in values:
+            raise KhrError(f'{file}: {name}: given twice; accepted: one block per node')
+        else:
+            values[name] = _checked_block(file, name, stated)
+    for name, keys in shared.items():
+        values[name] = keys | values.get(name, {})
+    return values
+
+
+def known_node(file: str, name: str) -> str:
+    """Return the name of a node that exists.
+
+    Raises:
+        KhrError: if there is no such node.
+    """
+    if name not in registry():
+        raise KhrError(f'{file}: {named(name)}: no such node; accepted: {", ".join(registry())}')
+    return name
+
+
+def checked(file: str, node: str, key: str, value: Any) -> Any:
+    """Return the value of a parameter, as its node takes it.
+
+    Raises:
+        KhrError: if node or parameter is unknown, or the value is not accepted.
+    """
+    known_node(file, node)
+    if _is_wiring(node, key):
+        raise KhrError(
+            f'{file}: {node}: {key} is not accepted: it is set when a run starts; accepted: a '
+            'scenario without it'
+        )
+    try:
+        return check(table_of(node), key, floats_of(node, key, value))
+    except ParameterError as error:
+        raise KhrError(f'{file}: {node}: {error}') from error
+
+
+def floats_of(node: str, key: str, value: Any) -> Any:
+    """Convert the integers in a list if the parameter is a list of floats, as ROS 2 does."""
+    known = specifications(table_of(node)).get(key)
+    if known is None or known.element is not float or not isinstance(value, list):
+        return value
+    return [float(each) if type(each) is int else each for each in value]
+
+
+def _blocks(file: str, above: str, document: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the full name of each node, and its parameters; namespaces may be nested."""
+    for key, body in document.items():
+        node = f'{above}/{key}' if above else str(key)
+        if not isinstance(body, dict):
+            raise KhrError(f'{file}: {named(above or node)}: accepted: one key {PARAMETERS}')
+        if PARAMETERS not in body:
+            yield from _blocks(file, node, body)
+            continue
+        if len(body) > 1:
+            raise KhrError(f'{file}: {named(node)}: accepted: one key {PARAMETERS}')
+        if not isinstance(body[PARAMETERS], dict):
+            raise KhrError(f'{file}: {named(node)}: {PARAMETERS}: accepted: a mapping')
+        yield node, body[PARAMETERS]
+
+
+def _checked_block(file: str, node: str, stated: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: checked(file, node, key, value)
+        for key, value in stated.items()
+        if not _is_of_every_node(key)
+        and not _is_wiring(node, key)  # of a dump, or a recorded run of an earlier version
+    }
+
+
+def _share(file: str, block: str, stated: Mapping[str, Any], shared: Values) -> None:
+    """Give the parameters of a block for all nodes to each node that has them."""
+    for key, value in stated.items():
+        if _is_of_every_node(key):
+            continue
+        having = [name for name in registry() if key in specifications(table_of(name))]
+        if not having:
+            raise KhrError(f'{file}: {named(block)}: {named(key)}: no node has this parameter')
+        for name in having:
+            if not _is_wiring(name, key):
+                shared.setdefault(name, {})[key] = checked(file, name, key, value)
+
+
+def _is_of_every_node(key: Any) -> bool:
+    return key in OF_EVERY_NODE or str(key).partition('.')[0] == OVERRIDES
+
+
+def _is_wiring(node: str, key: Any) -> bool:
+    known = specifications(table_of(node)).get(key)
+    return (node, key) in RETIRED or (known is not None and known.wiring)
