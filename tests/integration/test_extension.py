@@ -281,3 +281,39 @@ def test_the_document_shows_the_example_and_its_runs_agree(python, documented, r
     excerpt = re.search(r'```python\n(.*?)```', DOCUMENT, re.S)[1]
     law = iter((EXAMPLE / 'khr_example_controller' / 'knee.py').read_text().splitlines())
     assert all(line in law for line in excerpt.splitlines() if line), 'not as in knee.py'
+
+
+def test_an_error_in_its_law_names_file_and_line(python, tmp_path):
+    """Keep this test last: it changes the installed controller."""
+    found = subprocess.run(
+        [python, '-c', 'from khr_example_controller import knee; print(knee.__file__)'],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment(),
+    )
+    module = Path(found.stdout.strip())
+    good = module.read_text()
+    module.write_text(re.sub(r'^( {8})return .*rate.*$', r'\1return nonsense', good, flags=re.M))
+    try:
+        for way in ('--offline', '--no-record', '--processes'):
+            folder = tmp_path / way
+            done = subprocess.run(
+                [python, '-m', 'khr.cli.command', 'run', SCENARIO, way, '--out', folder],
+                capture_output=True,
+                text=True,
+                env=environment(),
+                cwd=ROOT,
+                timeout=110,
+                check=False,
+            )
+            text = done.stderr
+            assert done.returncode == 1 and 'Traceback' not in text, text
+            assert re.search(
+                r"knee_controller: NameError: name 'nonsense' .*knee\.py, line \d+", text
+            )
+            if way != '--offline':
+                log = Path(re.search(r'more in (\S+\.log)', text)[1]).read_text()
+                assert 'return nonsense' in log and 'nodes/block_node.py' not in log
+    finally:
+        module.write_text(good)

@@ -19,7 +19,8 @@ from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
-from khr_common.errors import KhrError
+from khr_common.block_errors import block_error
+from khr_common.errors import KhrError, RunError
 from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
 from khr_sim.physics.truth import SIGNALS, GroundTruth
 from khr_sim.plant import Plant, mix
@@ -95,8 +96,14 @@ class ControlLoop:
     def observe(self, truth: GroundTruth) -> Outcome:
         """Pass a sample of the truth to the blocks and the judge; return the outcome so far."""
         time, signals = truth.stamp_ns / 1e9, truth.signals()
-        for block, topics in self._blocks:
-            signals.update(zip(topics, block.update(time, signals), strict=True))
+        try:
+            for block, topics in self._blocks:
+                signals.update(zip(topics, block.update(time, signals), strict=True))
+        except (KhrError, MemoryError):
+            raise
+        except Exception as error:
+            node = next(name for name, each in self._by_node.items() if each is block)
+            raise RunError(f'{node}: {block_error(type(block), error)}') from error
         self.signals = signals
         self.outcome = self._monitor.update(truth.stamp_ns, signals)
         return self.outcome

@@ -1,5 +1,6 @@
 """The samples that a block answers when its parameters change."""
 
+from pathlib import Path
 from types import SimpleNamespace as Made
 
 import pytest
@@ -21,6 +22,8 @@ class Block:
         """Take anything."""
 
     def update(self, time, signals):
+        if time > 1.0:
+            return nonsense  # noqa: F821
         self.answered.append(round(time * 1e9))
         return ()
 
@@ -57,6 +60,20 @@ def test_a_topic_that_goes_back_in_time_is_refused(node):
         node._on_numbers('rate', stamp, (0.0,))
     with pytest.raises(TimeJumpError, match=r'time went back from 0\.000 s to 0\.000 s'):
         node._on_numbers('rate', 0, (0.0,))
+
+
+def test_an_error_in_the_code_of_a_block_names_its_line(node, capsys):
+    node.failure = None
+    node._on_numbers('rate', 0, (0.0,))
+    node._on_numbers('rate', 2 * 10**9, (0.0,))
+    line = (
+        Path(__file__).read_text().splitlines().index('            return nonsense  # noqa: F821')
+    )
+    assert node.failure == (
+        f"NameError: name 'nonsense' is not defined ({__file__}, line {line + 1})"
+    )
+    log = capsys.readouterr().err
+    assert 'return nonsense' in log and 'nodes/block_node.py' not in log
 
 
 def test_all_that_a_block_may_need_is_received_from_the_start(node, received):

@@ -120,6 +120,8 @@ class Processes:
             log = self._log / f'{name}.log'
             lines = log.read_text(errors='replace').strip().splitlines()
         reason = f': {lines[-1]}' if lines else ''
+        if any(line.startswith('Traceback') for line in lines):
+            reason += f'; more in {log}'
         return f'{name} {how}{reason}'
 
     def interrupt(self, name: str) -> None:

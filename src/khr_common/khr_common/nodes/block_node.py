@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from khr_common.block import Block, NodeSpec, Numbers, Signals
+from khr_common.block_errors import block_error, print_traceback
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
@@ -32,7 +33,11 @@ class BlockNode(KhrNode):
 
     def configure(self, parameters: Any) -> None:
         """Pass changed parameters to the block; answer the samples that they make complete."""
-        self._block.configure(parameters)
+        try:
+            self._block.configure(parameters)
+        except Exception as error:
+            self._fail_in_block(error)
+            return
         for stamp_ns, signals in self._samples.require(self._block.needs):
             self._take(stamp_ns, signals)
 
@@ -43,6 +48,12 @@ class BlockNode(KhrNode):
 
     def on_answer(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Handle an answer; called once per sample. By default it does nothing."""
+
+    def _fail_in_block(self, error: Exception) -> None:
+        if self.failure is None:  # once
+            kind = type(self._block)
+            print_traceback(kind, error)
+            self.fail(str(block_error(kind, error)))
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         signals = self._samples.put(topic, stamp_ns, numbers)
@@ -62,6 +73,9 @@ class BlockNode(KhrNode):
                 self.on_answer(stamp_ns, answer)
         except KhrError as error:
             self.fail(str(error))
+            return
+        except Exception as error:
+            self._fail_in_block(error)
             return
         for output in self._outputs:
             output.send()
