@@ -144,7 +144,8 @@ def _kept(folder: Path, result: Result, options: Options, console: Console) -> l
     failures = [result.failure] if result.failure else []
     try:
         write_outcome(folder, result)
-        if options.recorded and options.draw:
+        began = result.time > 0.0 or result.end != 'stopped'
+        if options.recorded and options.draw and began:
             _draw(folder, result.scenario, console)
     except KhrError as error:
         failures.append(str(error))

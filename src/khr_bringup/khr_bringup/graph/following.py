@@ -104,7 +104,8 @@ def follow(
                 executor.spin_once(0.1)
                 callbacks.progress(view.progress)
                 if deadline == inf and callbacks.finish():
-                    deadline = time.monotonic() + LAST_WORDS
+                    judged = view.state != 'starting'  # else no outcome is to come
+                    deadline = time.monotonic() + judged * LAST_WORDS
                     stop()
                 trouble = watcher.stranger()
                 if not (deadline < inf or view.over):
