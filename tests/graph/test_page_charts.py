@@ -111,6 +111,25 @@ def test_an_axis_keeps_its_ticks_when_size_and_data_come_at_once(page, title):
     assert drawn(page, title, RESIZE) > 0
 
 
+RESCALE = """async chart => {
+    const {min, max} = chart.scales.x;
+    const middle = (min + max) / 2;
+    const range = async (max) => {
+        chart.setScale('x', {min, max});
+        chart.redraw();
+        await new Promise((done) => setTimeout(done, 100));
+        return chart.scales.x.max;
+    };
+    const found = await range(middle);
+    await range(max);
+    return found / middle;
+}"""
+
+
+def test_a_range_is_kept_if_data_come_at_once(page):
+    assert drawn(page, 'Spectrum', RESCALE) == pytest.approx(1.0)
+
+
 def test_the_cursor_shows_the_values_of_one_time_in_all_charts(page):
     chart(page, 'Foot forces').locator('.u-over').hover()
 

@@ -7,11 +7,12 @@ const gapped = (values) => (values.some(Number.isNaN)
 /** Have a chart take NaN as a gap, and compute its axes at every redraw.
  *
  * viser sends arrays of numbers, in which NaN marks missing values; uPlot takes null for them. And
- * uPlot's redraw discards a new size that came in the same task: the axis had no ticks then.
+ * uPlot's redraw discards a new size or range of an axis that came in the same task: the axis had no ticks then.
  */
 function mend(chart) {
-  const { setData, redraw } = chart;
+  const { setData, setScale, redraw } = chart;
   chart.setData = (data, ...options) => setData(data.map(gapped), ...options);
+  chart.setScale = (...scale) => chart.batch(() => setScale(...scale));
   chart.redraw = (paths) => redraw(paths, true);
   chart.setData(chart.data);
   chart.redraw();
