@@ -87,7 +87,7 @@ def _blocks(file: str, above: str, document: Mapping[Any, Any]) -> Iterator[tupl
     """Yield the full name of each node, and its parameters; namespaces may be nested."""
     for key, body in document.items():
         node = f'{above}/{key}' if above else str(key)
-        if not isinstance(body, dict):
+        if not isinstance(body, dict) or not body:
             raise KhrError(f'{file}: {named(above or node)}: accepted: one key {PARAMETERS}')
         if PARAMETERS not in body:
             yield from _blocks(file, node, body)

@@ -82,6 +82,7 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
             ['control_period', '0.015'],
         ),
         ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
+        ('gait: {}\n', ['gait', 'ros__parameters']),
         ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
         ('/**:\n  ros__parameters:\n    stroll: 1\n', ['/**', 'stroll', 'no node']),
         ('a:\n  gait:\n    motion: walk\n', ['a/gait', 'ros__parameters']),
