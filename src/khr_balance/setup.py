@@ -25,6 +25,6 @@ setup(
         ]
     },
     package_data={'': ['py.typed']},
-    install_requires=['khr_common', 'khr_description', 'numpy'],
+    install_requires=['khr_common', 'khr_description', 'numpy', 'pyyaml'],
     extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )
