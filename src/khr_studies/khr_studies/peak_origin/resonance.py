@@ -49,6 +49,8 @@ def resonance(reference: Walks, changed: Walks) -> Resonance | None:
     first, second = (_smooth(_between(walks)) for walks in (reference, changed))
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
     top = int(np.argmax(added))
+    if added[top] <= 0.0:
+        return None
     low = top - int(np.argmax(np.append(added[: top + 1][::-1] < 0.5 * added[top], True)))
     high = top + int(np.argmax(np.append(added[top:] < 0.5 * added[top], True)))
     band = slice(low + 1, high)

@@ -288,6 +288,10 @@ def test_a_band_that_rings_is_found_where_it_rings():
     assert found.low == pytest.approx(7.6, abs=0.7) and found.high == pytest.approx(9.6, abs=0.7)
     assert found.beyond and found.holds(8.4) and not found.holds(4.74)
     assert resonance(ringing(quiet, 0.05), ringing(quiet, 0.05)) is None
+    loud = ringing(quiet, 0.05)
+    halved = tuple(replace(each, rate=0.5 * each.rate) for each in loud.records)
+    with np.errstate(invalid='raise'):
+        assert resonance(loud, replace(loud, records=halved)) is None, 'it shrinks everywhere'
 
 
 def test_too_short_records_are_refused():
