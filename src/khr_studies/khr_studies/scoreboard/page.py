@@ -52,11 +52,11 @@ KINDS = {
     'statics': 'rows of statics',
     'formula': 'formulas',
 }
-FITTED = 'are used by the calibration of the default robot ([calibration.md](calibration.md))'
 HEAD = """# Scoreboard{robot}
 
 The robot of Dutta (2021) against the simulated one. Written by {command}; do not edit. The same
-as data: [{json}]({json}). *Fitted* rows {fitted}; *statics* rows hold for any body on a slope, *formula* rows for
+as data: [{json}]({json}). *Fitted* rows are used by the calibration of the default robot
+([calibration.md](calibration.md)); *statics* rows hold for any body on a slope, *formula* rows for
 the equations; all others are *predicted*. Criteria follow from the words of the thesis and were written
 before the results. Rows that miss are kept.
 """
@@ -245,7 +245,7 @@ def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str
     command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`{whole}`'
     of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
     robot = f' of the robot `{board.robot}`' if board.robot else ''
-    head = HEAD.format(robot=robot, fitted=FITTED, command=f'{command} with {of}', json=json)
+    head = HEAD.format(robot=robot, command=f'{command} with {of}', json=json)
     return f'{head}\n{markdown(blocks(board))}\n'
 
 
