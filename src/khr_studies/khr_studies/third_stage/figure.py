@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_report.plots.plot_style import WIDTH, head, styled
+from khr_report.plots.plot_style import head, panels, styled
 from khr_studies.third_stage.comparison import ModelComparison
 from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Array, Plane
 
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
 LARGEST_RATE = 60.0  # deg/s, end of the colour scale
 HIP_COLOR = '#D55E00'
+SQUARE: dict[str, Any] = {'marker': 's', 'markersize': 13, 'markerfacecolor': 'none'}
 EDGES = (
     ('without_hip', 'falls on the flat beyond', 'black', '-'),
     ('with_hip', "the same with the hip's rate", HIP_COLOR, '-'),
@@ -27,29 +29,29 @@ def limits_figure(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the limits over the plane, and the contribution of the hip, with the numbers."""
     limits = {title: plane.limits(hip) for hip, title in HIPS.items()}
     top = float(np.max([*limits.values()]))
-    panels: list[Panel] = [
+    contents: list[Panel] = [
         *(
             (f'limit in °: {title}', each, (0.0, top), 'viridis', '.1f')
             for title, each in limits.items()
         ),
-        ("what the hip's rate adds, °", plane.worth, _symmetric(plane.worth), 'RdBu', '+.1f'),
+        ("gain by the hip's rate, °", plane.worth, _symmetric(plane.worth), 'RdBu', '+.1f'),
     ]
-    title = 'Standing on one leg: what the force loop holds, what the hip adds'
-    return _figure(title, panels, plane, compared)
+    title = 'Standing on one leg: limits with the force loop, and gain by the hip'
+    return _figure(title, contents, plane, compared)
 
 
 def swing_figure(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the overshoot of the robot over the plane, and the growth of the model's swing."""
     overshoot, grown = 'overshoot at 3.8° in °/s', "growth of the model's swing, 1/s"
-    panels: list[Panel] = []
+    contents: list[Panel] = []
     for hip, title in HIPS.items():
         rates = np.degrees(plane.grid('overshoot_rad_s', hip).to_numpy())
-        panels += [(f'{overshoot}: {title}', rates, (0.0, LARGEST_RATE), 'cividis', '.0f')]
+        contents += [(f'{overshoot}: {title}', rates, (0.0, LARGEST_RATE), 'cividis', '.0f')]
     for hip, title in HIPS.items():
         values = compared.growth[hip]
-        panels += [(f'{grown}: {title}', values, _symmetric(values), 'PuOr_r', '+.1f')]
+        contents += [(f'{grown}: {title}', values, _symmetric(values), 'PuOr_r', '+.1f')]
     title = 'Standing on one leg: how the force loop swings, with and without hip'
-    return _figure(title, panels, plane, compared)
+    return _figure(title, contents, plane, compared)
 
 
 def _symmetric(values: Array) -> tuple[float, float]:
@@ -58,30 +60,19 @@ def _symmetric(values: Array) -> tuple[float, float]:
 
 
 def _figure(
-    title: str, panels: Sequence[Panel], plane: Plane, compared: ModelComparison
+    title: str, contents: Sequence[Panel], plane: Plane, compared: ModelComparison
 ) -> Figure:
     """Draw panels with the edges and the point nearest to the thesis in each."""
     with styled():
-        figure = Figure(figsize=(WIDTH, 6.6), layout='constrained')
-        axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        if len(panels) < axes.size:
-            axes[1][1].remove()
-            axes[0][1].tick_params(labelbottom=True)
-        shown = axes.flat[: len(panels)]
-        for axis, (name, values, ends, colors, form) in zip(shown, panels, strict=True):
-            _draw_cells(axis, plane, values, ends, colors, form)
-            axis.set_title(name)
-        square = {'marker': 's', 'markersize': 13, 'markerfacecolor': 'none'}
+        figure, axes = panels(*(name for name, *_ in contents), columns=2, height=7.0)
         near = _place(plane, plane.nearest.force_scale, plane.nearest.time_constant)
-        for axis in shown:
+        for axis, (_, values, ends, colors, form) in zip(axes, contents, strict=True):
+            _draw_cells(axis, plane, values, ends, colors, form)
             _draw_edges(axis, plane, compared)
-            axis.plot(*near, markeredgecolor='black', linestyle='none', **square)
-        lines, names = axes[0][0].get_legend_handles_labels()
+            axis.plot(*near, markeredgecolor='black', linestyle='none', **SQUARE)
+            axis.set(xlabel='force scale (mV/N)', ylabel='time constant (s)')
+        lines, names = axes[0].get_legend_handles_labels()
         figure.legend(lines, names, loc='outside lower center', ncols=3)
-        for axis in shown[-2:]:
-            axis.set_xlabel('force scale (mV/N)')
-        for axis in axes[:, 0]:
-            axis.set_ylabel('time constant (s)')
         head(figure, title, "the square is where both limits come nearest to the thesis's")
         return figure
 
