@@ -291,6 +291,8 @@ def test_gains_and_engine_have_options_and_last_is_the_newest_run(tmp_path):
     assert real('export', 'last', '--out', 'run.txt') == 2
     assert real('report', 'last', '--out', 'charts.pdf') == 0
     assert (tmp_path / 'charts.pdf').read_bytes().startswith(b'%PDF')
+    assert real('report', 'last', '--against', 'last', '--out', 'both.pdf') == 2
+    assert not (tmp_path / 'both.pdf').exists()
     for of in ('last', 'stand_0deg'):
         assert real('export', of, '--motion', '--out', f'{of}.csv') == 0
     frames = [(tmp_path / f'{of}.csv').read_text() for of in ('last', 'stand_0deg')]

@@ -73,7 +73,11 @@ def report(
     from khr_report.run.overview import draw_run
     from khr_report.run.page import report as write
 
-    if out and out.suffix in PICTURES and not against:
+    if out and out.suffix in PICTURES:
+        if against:
+            raise KhrError(
+                f'--out: {str(out)!r} is not accepted with --against; accepted: a name in .html'
+            )
         draw_run(run_named(str(run)), load(run_named(str(run))).scenario, out)
         print(out)
         return
