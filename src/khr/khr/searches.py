@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from khr_studies.measuring.condition import Condition
     from khr_studies.measuring.limit import Limit
     from khr_studies.tuning.study import Question, Tuning
+    from khr_sweeps.pool import Pool
 
 Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
 Workers = Annotated[int | None, typer.Option('--workers', '--jobs')]
@@ -73,15 +74,27 @@ def critical(
         >>> 0.0 < found.mean < 20.0
         True
     """
-    from khr_studies.measuring.critical import measure_limit
-    from khr_studies.measuring.limit import check_file, write_limit
     from khr_sweeps.pool import local_pool
 
     condition = condition_of(motion, ankle_gain, hip_gain, surface, uphill, set, engine, robot)
+    with local_pool(workers, 'workers', quiet=not progress) as pool:
+        return limit_of(condition, seeds, tolerance, out, pool)
+
+
+def limit_of(
+    condition: Condition, seeds: int, tolerance: float, out: str | PathLike[str] | None, pool: Pool
+) -> Limit:
+    """Measure the limit of a condition, and write it to a file if there is one.
+
+    Raises:
+        KhrError: if a value is not accepted, before anything runs.
+    """
+    from khr_studies.measuring.critical import measure_limit
+    from khr_studies.measuring.limit import check_file, write_limit
+
     if out:
         check_file(Path(out))
-    with local_pool(workers, 'workers', quiet=not progress) as pool:
-        limit = measure_limit(condition, seeds, tolerance, pool)
+    limit = measure_limit(condition, seeds, tolerance, pool)
     if out:
         write_limit(limit, Path(out))
     return limit

@@ -64,19 +64,15 @@ def push(
 @options_of(searches.critical)
 def critical(arguments: dict[str, Any], settings: list[str]) -> None:
     """Print the limit."""
-    from khr_studies.measuring.critical import measure_limit
-    from khr_studies.measuring.limit import check_file, limit_text, write_limit
+    from khr_studies.measuring.limit import limit_text
     from khr_sweeps.pool import local_pool
 
     condition, out = searches.condition_of(**arguments), arguments['out']
-    if out:
-        check_file(out)
     warn_of_switched_off(condition.scenario(0.0), settings)
     with local_pool(arguments['workers'], '--workers') as pool:
-        limit = measure_limit(condition, arguments['seeds'], arguments['tolerance'], pool)
+        limit = searches.limit_of(condition, arguments['seeds'], arguments['tolerance'], out, pool)
     print(limit_text(condition.title, limit))
     if out:
-        write_limit(limit, out)
         print(out)
 
 
