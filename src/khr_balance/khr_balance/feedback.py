@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from khr_balance.board_units import rate_gain
 from khr_common import parameter
@@ -42,17 +42,16 @@ class FeedbackParameters:
     )
 
 
-def rate_delay(periods: int) -> int:
-    """Return the parameter for the delay of the pitch rate, with a default of its own."""
-    delay: int = parameter(
-        periods,
+def rate_delay(default: int) -> Any:
+    """Return the parameter of the delay of the pitch rate; each controller has its own default."""
+    return parameter(
+        default,
         'Delay of the pitch rate before the comparator, in control periods, in addition to the '
         "board's own delay.",
         minimum=0,
         maximum=10,
         read_only=True,
     )
-    return delay
 
 
 @dataclass(frozen=True)

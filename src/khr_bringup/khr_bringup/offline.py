@@ -19,7 +19,7 @@ from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
-from khr_common.block_errors import block_error
+from khr_common.block_errors import error_text
 from khr_common.errors import KhrError, RunError
 from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
 from khr_sim.physics.truth import SIGNALS, GroundTruth
@@ -103,7 +103,7 @@ class ControlLoop:
             raise
         except Exception as error:
             node = next(name for name, each in self._by_node.items() if each is block)
-            raise RunError(f'{node}: {block_error(type(block), error)}') from error
+            raise RunError(f'{node}: {error_text(type(block), error)}') from error
         self.signals = signals
         self.outcome = self._monitor.update(truth.stamp_ns, signals)
         return self.outcome

@@ -7,10 +7,8 @@ import sys
 import traceback
 from typing import Any
 
-from khr_common.errors import RunError
 
-
-def block_error(kind: type[Any], error: Exception) -> RunError:
+def error_text(kind: type[Any], error: Exception) -> str:
     """Return an exception of a block as one line with the type, the text, file and line.
 
     Args:
@@ -21,7 +19,7 @@ def block_error(kind: type[Any], error: Exception) -> RunError:
     own = [frame for frame in frames if frame.filename == inspect.getfile(kind)]
     place = (own or frames)[-1]
     text = ' '.join(str(error).split())
-    return RunError(f'{type(error).__name__}: {text} ({place.filename}, line {place.lineno})')
+    return f'{type(error).__name__}: {text} ({place.filename}, line {place.lineno})'
 
 
 def print_traceback(kind: type[Any], error: Exception) -> None:

@@ -11,6 +11,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import plan_motion
 from khr_balance.gaits.key_frames import read_key_frames
+from khr_bringup.scenario.parameter_file import Values
 from khr_common import build
 from khr_common.errors import KhrError
 from khr_common.files import write_text
@@ -18,7 +19,6 @@ from khr_common.text.quoting import quoted
 from khr_common.text.strict_yaml import read_file
 from khr_sim.run_parameters import GAIT
 
-Values = dict[str, dict[str, Any]]
 FORMS = {'.csv': 'csv', '.yaml': 'yaml', '.yml': 'yaml'}  # by the ending of the file's name
 
 

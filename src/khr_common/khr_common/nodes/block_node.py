@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from khr_common.block import Block, NodeSpec, Numbers, Signals
-from khr_common.block_errors import block_error, print_traceback
+from khr_common.block_errors import error_text, print_traceback
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
@@ -53,7 +53,7 @@ class BlockNode(KhrNode):
         if self.failure is None:  # once
             kind = type(self._block)
             print_traceback(kind, error)
-            self.fail(str(block_error(kind, error)))
+            self.fail(error_text(kind, error))
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         signals = self._samples.put(topic, stamp_ns, numbers)
