@@ -69,8 +69,9 @@ def environment():
     return {**kept, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'}
 
 
-def khr(python, *arguments, cwd=None):
-    done = subprocess.run(
+def ended(python, *arguments, cwd=None):
+    """Return a command of khr that has ended."""
+    return subprocess.run(
         [python, '-m', 'khr.cli.command', *map(str, arguments)],
         capture_output=True,
         text=True,
@@ -79,6 +80,10 @@ def khr(python, *arguments, cwd=None):
         timeout=110,
         check=False,
     )
+
+
+def khr(python, *arguments, cwd=None):
+    done = ended(python, *arguments, cwd=cwd)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -297,16 +302,7 @@ def test_an_error_in_its_law_names_file_and_line(python, tmp_path):
     module.write_text(re.sub(r'^( {8})return .*rate.*$', r'\1return nonsense', good, flags=re.M))
     try:
         for way in ('--offline', '--no-record', '--processes'):
-            folder = tmp_path / way
-            done = subprocess.run(
-                [python, '-m', 'khr.cli.command', 'run', SCENARIO, way, '--out', folder],
-                capture_output=True,
-                text=True,
-                env=environment(),
-                cwd=ROOT,
-                timeout=110,
-                check=False,
-            )
+            done = ended(python, 'run', SCENARIO, way, '--out', tmp_path / way, cwd=ROOT)
             text = done.stderr
             assert done.returncode == 1 and 'Traceback' not in text, text
             assert re.search(

@@ -34,7 +34,6 @@ def climb():
 
 def test_reading_is_within_half_a_degree_up_to_each_limit(climb):
     _, series = climb
-    # the last stage falls at 8 deg on one leg
     known = (series.time > SETTLED) & (np.degrees(series.inclination) < 9.0)
     error = np.degrees(series.read_inclination - series.inclination)[known]
     assert np.degrees(series.inclination[-1]) > 8.5  # beyond the limit of the last stage
