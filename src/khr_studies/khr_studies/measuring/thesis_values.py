@@ -141,8 +141,7 @@ def line(frequency: float) -> tuple[float, float]:
     return frequency - LINE_HZ, frequency + LINE_HZ
 
 
-F_0, F_1, F_2, F_A0 = line(1.73), line(3.46), line(5.19), line(2.58)
-F_HIP = (7.5, 10.0)
+F_0 = line(1.73)
 
 # Chapter 3 publishes no K_H; 13 is that of chapter 5.
 LIMITS = (
@@ -156,7 +155,6 @@ LIMITS = (
     ThesisLimit(5, walking(18.0), 9.7, '5.2.3', fitted=True),
     ThesisLimit(5, walking(12.0, 13.0), 10.2, '5.2.3', fitted=True),
 )
-RUBBER = (walking(12.0, 0.0, 'rubber'), walking(12.0, 12.0, 'rubber'))
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
     ('walking', (walking(), walking(12.0), walking(12.0, 13.0))),
