@@ -7,6 +7,7 @@ import signal
 from contextlib import ExitStack
 from math import hypot
 
+import numpy as np
 import pytest
 import rclpy
 import yaml
@@ -18,7 +19,7 @@ from websockets.sync.client import connect
 
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import PUSHED
-from tests.support.browser import browser_page, free_port, row, slider, viewer
+from tests.support.browser import browser_page, chart, free_port, row, slider, viewer
 from tests.support.runs import (
     Bag,
     finish,
@@ -173,29 +174,38 @@ def drag(page):
     page.mouse.up()
 
 
-def test_a_phone_shows_robot_and_controls_without_overlap(page, viewed):
+def test_a_phone_shows_the_robot_above_the_controls_and_signals_first(page, viewed):
     phone = page.context.browser.new_page(viewport={'width': 390, 'height': 800})
     phone.goto(f'http://127.0.0.1:{viewed.port}/')
-    phone.get_by_role('button', name='Pause').wait_for()
-    top = phone.get_by_text('khr', exact=True).first.bounding_box()['y']
+    pause = phone.get_by_role('button', name='Pause')
+    pause.wait_for()
+    top = phone.get_by_text('khr', exact=True).first.bounding_box()['y'] - 12
     assert top > 0.35 * 800
-    wait_for(lambda: torso_above(phone, top) > 50, 'the torso above the controls')
+    wait_for(lambda: torso_rows(phone, top).size > 50, 'the torso')
+    assert 0.25 * top < np.median(torso_rows(phone, top)) < 0.6 * top
+    assert pause.bounding_box()['width'] > 350
+    signals = phone.get_by_role('button', name=re.compile('panel Signals'))
+    assert signals.bounding_box()['y'] < pause.bounding_box()['y']
+    signals.click()
+    chart(phone, 'Spectrum').wait_for()
+    wait_for(lambda: chart(phone, 'Spectrum').bounding_box()['y'] < 500, 'the spectrum')
+    box = chart(phone, 'Spectrum').bounding_box()
+    assert box['x'] >= 0 and box['x'] + box['width'] <= 390
+    signals.click()
     phone.get_by_role('button', name='Push', exact=True).scroll_into_view_if_needed()
     assert phone.evaluate('document.documentElement.scrollWidth') <= 390
-    assert phone.get_by_role('button', name='Pause').bounding_box()['width'] > 350
     phone.close()
 
 
-def torso_above(page, bottom):
-    """Count the pixels of the torso's blue above a height of the page."""
-    picture = Image.open(io.BytesIO(page.screenshot())).convert('RGB')
-    upper = picture.crop((0, 0, picture.width, int(bottom)))
-    colors = upper.getcolors(upper.width * upper.height)
-    return sum(count for count, color in colors if is_torso(*color))
+def torso_rows(page, bottom):
+    """Return the row of each pixel of the torso's blue above a height of the page, px."""
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert('RGB'), dtype=int)
+    picture = picture[: int(bottom)]
+    return np.nonzero(is_torso(*np.moveaxis(picture, 2, 0)))[0]
 
 
 def is_torso(red, green, blue):
-    return blue > 90 and blue > 2 * red and blue > 1.6 * green
+    return (blue > 90) & (blue > 2 * red) & (blue > 1.6 * green)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import yaml
 
 from khr_view.charts.charts import charts
 from khr_view.controls import tunables
+from khr_view.page.display import VIEWS
 from tests.support.browser import browser_page, chart, choose, free_port, labels, said, slider
 from tests.support.runs import Bag, finish, interrupt, khr, start_khr, wait_for, wait_until_running
 
@@ -19,9 +20,9 @@ TESTED = {
     *(each.label for each in tunables()),
     *(each.title for each in charts()),
     *('Spectrum', 'At the end', 'Force', 'Direction', 'Scenario'),
-    *('Forces and support', 'Follow the robot', 'Dark'),
+    *('Forces and balance', 'See through the robot', 'Follow the robot', 'Dark'),
 }
-BUTTONS = {'Pause', 'Restart', 'Push', 'Switch', 'Charts as PNG'}
+BUTTONS = {'Pause', 'Restart', 'Push', 'Switch', 'Charts as PNG', *VIEWS}
 LINKS = {'Signals as CSV', 'Spectrum as CSV'}
 
 

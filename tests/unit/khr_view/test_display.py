@@ -1,6 +1,7 @@
 """The whole page without a browser: what is drawn and what its controls do."""
 
 import asyncio
+from itertools import product
 from time import monotonic
 from types import SimpleNamespace
 
@@ -17,10 +18,10 @@ from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import Traces
 from khr_view.guard import listen
 from khr_view.model.snapshot import SnapshotBuilder
-from khr_view.page.display import CAMERA, CAMERA_NARROW, Display, Note, _frame
+from khr_view.page.display import VIEWS, Display, Note
 from khr_view.page.live_panel import LivePanel
 from khr_view.page.playback_panel import PlaybackPanel
-from khr_view.playback import Player
+from khr_view.playback import SIDE, Player
 from tests.support.browser import connected
 
 PERIOD = 15_000_000
@@ -29,6 +30,15 @@ PERIOD = 15_000_000
 @pytest.fixture(scope='module')
 def display():
     display = Display(listen(), charts())
+    yield display
+    display.close()
+
+
+@pytest.fixture(scope='module')
+def two_robots():
+    display = Display(listen(), charts(), ['one', 'two'])
+    display.add_robot(Robot.load(), name='one')
+    display.add_robot(Robot.load(), (0.0, -SIDE, 0.0), 'two')
     yield display
     display.close()
 
@@ -108,17 +118,23 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     display.show_status(Note('walking', '<trouble>'), [('time', '1.00 s')])
 
 
-def test_the_camera_follows_a_window_that_becomes_narrow_or_wide_and_else_the_reader():
-    turned = []
-    camera = SimpleNamespace(aspect=1.6, position=CAMERA, look_at=None, on_update=turned.append)
-    _frame(SimpleNamespace(camera=camera))
-    (on_camera,) = turned
-    for aspect, position, expected in (
-        (1.6, (9, 9, 9), (9, 9, 9)),  # the reader has turned it
-        (0.5, (9, 9, 9), CAMERA_NARROW),
-        (0.4, (8, 8, 8), (8, 8, 8)),
-        (0.8, (8, 8, 8), CAMERA),
-    ):
-        camera.aspect, camera.position = aspect, position
-        on_camera(camera)
-        assert camera.position == expected, aspect
+@pytest.mark.parametrize('aspect', [660 / 850, 390 / 338], ids=['window', 'phone'])
+@pytest.mark.parametrize('name', VIEWS)
+def test_every_view_shows_the_whole_of_two_robots(two_robots, name, aspect):
+    camera = SimpleNamespace(position=None, look_at=None)
+    two_robots._look_from(name, SimpleNamespace(client=SimpleNamespace(camera=camera)))
+    initial = two_robots.server.initial_camera
+    if name == 'Default view':
+        assert np.allclose(initial.position, camera.position)
+        assert np.allclose(initial.look_at, camera.look_at)
+    forward = np.subtract(camera.look_at, camera.position)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    highest = np.tan(initial.fov / 2.0)
+    for x, y, z in product((-0.12, 0.12), (0.12, -SIDE - 0.12), (0.0, 0.42)):
+        corner = np.subtract((x, y, z), camera.position)
+        depth = corner @ forward
+        assert abs(corner @ up) < highest * depth
+        assert abs(corner @ right) < aspect * highest * depth

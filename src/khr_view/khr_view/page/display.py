@@ -41,18 +41,15 @@ BRAND = (
     '#005a8c',
     '#004a73',
 )
-WIDE = 0.65  # width by height of the scene from which on it has room below the robot
 PUSH_SHOWN = 0.5  # s of wall time
-CAMERA, TARGET = (0.45, -0.75, 0.35), (0.0, 0.0, 0.17)
-BACKWARD = 0.55  # m by which the camera stands further back for each m between robots
-# Places of the camera from the middle of the robots.
+TARGET = (0.0, 0.0, 0.17)  # m, what the camera looks at: the middle of the robot
+# Places of the camera from there, m.
 VIEWS = {
     'Side view': (0.0, -0.9, 0.0),
     'From above': (-0.02, 0.0, 0.8),
-    'Default view': tuple(np.subtract(CAMERA, TARGET).tolist()),
+    'Default view': (0.45, -0.75, 0.18),
 }
-# On a phone the controls cover the lower half: the robot stands in the upper one.
-CAMERA_NARROW, TARGET_NARROW = (0.85, -1.4, 0.12), (0.0, 0.0, -0.28)
+BACKWARD = 1.0  # share by which the camera is further away for each m between two robots
 SAVE = (
     '<div class="khr-save">'
     '<a href="khr/signals.csv" download="signals.csv">Signals as CSV</a>'
@@ -104,13 +101,11 @@ class Display:
             server.scene.add_light_directional(
                 f'/light/sun_{number}', intensity=1.8 - number, position=place
             )
-        server.initial_camera.position = CAMERA
-        server.initial_camera.look_at = TARGET
-        server.on_client_connect(_frame)
         self._root = server.scene.add_frame(ROOT, show_axes=False)
         self._slope = SlopeView(server.scene, ROOT)
         self._robots: list[RobotView] = []
-        self._follow, self._middle = True, 0.0
+        self._follow, self._between = True, 0.0
+        self._place(server.initial_camera)
         self._push_until = inf
         self._theme(dark=False)
         self._status = server.gui.add_html(LOADING)
@@ -149,15 +144,8 @@ class Display:
     ) -> None:
         """Put a robot on the slope, its name above its head; dragging its torso pushes it."""
         at = f'{ROOT}/robot_{len(self._robots)}'
-        self._middle = shift[1] / 2.0
-        if self._middle:
-            away = BACKWARD * abs(shift[1])
-            self.server.initial_camera.position = (
-                CAMERA[0] + away,
-                CAMERA[1] + self._middle - away,
-                CAMERA[2] + away / 2.0,
-            )
-            self.server.initial_camera.look_at = (TARGET[0], self._middle, TARGET[2])
+        self._between = shift[1]
+        self._place(self.server.initial_camera)
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
         if push is not None:
             self._robots[-1].on_drag(partial(self.later, push))
@@ -207,18 +195,23 @@ class Display:
             through = gui.add_checkbox('See through the robot', False)
             follow = gui.add_checkbox('Follow the robot', True)
             dark = gui.add_checkbox('Dark', False)
-            for name, place in VIEWS.items():
+            for name in VIEWS:
                 button = gui.add_button(name, color='gray')
-                button.on_click(partial(self._look_from, place))
+                button.on_click(partial(self._look_from, name))
         through.on_update(lambda _: self._see_through(through.value))
         forces.on_update(lambda _: self._show_marks(forces.value))
         follow.on_update(lambda _: setattr(self, '_follow', follow.value))
         dark.on_update(lambda _: self._theme(dark.value))
 
-    def _look_from(self, place: tuple[float, float, float], event: Any) -> None:
-        camera = event.client.camera
-        middle = (0.0, self._middle, TARGET[2])
-        camera.position, camera.look_at = tuple(np.add(middle, place).tolist()), middle
+    def _look_from(self, name: str, event: Any) -> None:
+        self._place(event.client.camera, name)
+
+    def _place(self, camera: Any, name: str = 'Default view') -> None:
+        """Have a camera show all robots."""
+        middle = np.add(TARGET, (0.0, self._between / 2.0, 0.0))
+        away = 1.0 + BACKWARD * abs(self._between)
+        camera.position = tuple((middle + np.multiply(VIEWS[name], away)).tolist())
+        camera.look_at = tuple(middle.tolist())
 
     def _see_through(self, through: bool) -> None:
         for robot in self._robots:
@@ -288,19 +281,3 @@ class Display:
     def close(self) -> None:
         """Stop serving the page."""
         self.server.stop()
-
-
-def _frame(client: Any) -> None:
-    """Keep the robot clear of the controls at every width of the window."""
-    framed = WIDE  # aspect for which the camera stands as it does
-
-    def on_camera(camera: Any) -> None:
-        nonlocal framed
-        narrow = camera.aspect < WIDE
-        if narrow != (framed < WIDE):
-            framed = camera.aspect
-            camera.position = CAMERA_NARROW if narrow else CAMERA
-            camera.look_at = TARGET_NARROW if narrow else TARGET
-
-    on_camera(client.camera)
-    client.camera.on_update(on_camera)
