@@ -17,11 +17,7 @@ class KneeControllerParameters(FeedbackParameters):
     """The parameter table: on or off, gain and limit, and one of its own."""
 
     dead_band: float = parameter(
-        0.1,
-        'Pitch rate below which the knees stay as they are.',
-        unit='rad/s',
-        minimum=0.0,
-        maximum=5.0,
+        0.1, 'Pitch rate below which the knees stay as they are.', '[0, 5] rad/s'
     )
 
 

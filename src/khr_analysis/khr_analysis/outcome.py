@@ -29,53 +29,34 @@ class MonitorParameters:
         45.0,
         'Angle between torso and vertical from which on the robot has fallen; it cannot '
         'recover from a third of it.',
-        unit='deg',
-        minimum=5.0,
-        maximum=90.0,
+        '[5, 90] deg',
     )
     fall_height: float = parameter(
         0.5,
         'Height of the torso above the lower sole, over that at the start, below which the '
         'robot has fallen.',
-        minimum=0.0,
-        maximum=1.0,
+        '[0, 1]',
     )
     walk_distance: float = parameter(
-        0.1,
-        'Way along the surface from which on the robot has walked.',
-        unit='m',
-        minimum=0.001,
-        maximum=10.0,
+        0.1, 'Way along the surface from which on the robot has walked.', '[0.001, 10] m'
     )
     step_slip: float = parameter(
         0.014,
         'Slide of one sole in one time on the ground from which on the robot has slipped; '
         'the default is a quarter of its step of 56 mm.',
-        unit='m',
-        minimum=0.0001,
-        maximum=1.0,
+        '[0.0001, 1] m',
     )
     load_threshold: float = parameter(
-        1.0,
-        'Normal force on a sole from which on it is loaded.',
-        unit='N',
-        minimum=0.0,
-        maximum=100.0,
+        1.0, 'Normal force on a sole from which on it is loaded.', '[0, 100] N'
     )
     vibration_frequency: float = parameter(
-        4.0,
-        'Corner above which the pitch rate counts as vibration.',
-        unit='Hz',
-        minimum=0.1,
-        maximum=15.0,
+        4.0, 'Corner above which the pitch rate counts as vibration.', '[0.1, 15] Hz'
     )
     motion_end: float = parameter(
         0.0,
         'End of the motion, after which vibration is not averaged; 0 averages over the whole run. '
         'khr makes it the end of a walk or leg lift unless the scenario states it.',
-        unit='s',
-        minimum=0.0,
-        maximum=1e6,
+        '[0, 1e+06] s',
     )
     judge_by: str = parameter(
         'truth',
@@ -87,23 +68,15 @@ class MonitorParameters:
     fall_rate_deg: float = parameter(
         150.0,
         'By the sensors: rate about any axis from which on the robot may be falling.',
-        unit='deg/s',
-        minimum=10.0,
-        maximum=2000.0,
+        '[10, 2000] deg/s',
     )
     fall_memory: float = parameter(
         2.0,
         'By the sensors: time from such a rate to the loss of the load; the force sensors lag.',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        '[0, 10] s',
     )
     fall_time: float = parameter(
-        0.3,
-        'By the sensors: time without load from which on the robot has fallen.',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        0.3, 'By the sensors: time without load from which on the robot has fallen.', '[0, 10] s'
     )
     control_period: float = sample_period(maximum=0.03)
 

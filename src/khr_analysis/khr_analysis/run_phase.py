@@ -15,9 +15,7 @@ class RunPhaseParameters:
         0.0,
         'Time of the run on the clock of the driver; 0 goes on until stopped (khr: as long as the '
         'motion).',
-        unit='s',
-        minimum=0.0,
-        maximum=1e6,
+        '[0, 1e+06] s',
         read_only=True,
     )
     sync: str = parameter(

@@ -37,9 +37,7 @@ class FftAnalyserParameters:
         GAIT_PERIOD,
         'Length of the window, rounded to whole control periods; khr makes it one gait cycle '
         'unless the scenario states it.',
-        unit='s',
-        minimum=0.1,
-        maximum=60.0,
+        '[0.1, 60] s',
     )
     window: str = parameter(
         'rectangular',
@@ -62,29 +60,18 @@ class FftAnalyserParameters:
     rate: float = parameter(
         5.0,
         'Spectra per second, once the window is full; rounded to whole control periods.',
-        unit='Hz',
-        minimum=0.01,
-        maximum=100.0,
+        '[0.01, 100] Hz',
     )
-    max_frequency: float = parameter(
-        15.0, 'Highest frequency given.', unit='Hz', minimum=0.5, maximum=500.0
-    )
+    max_frequency: float = parameter(15.0, 'Highest frequency given.', '[0.5, 500] Hz')
     phase_threshold: float = parameter(
-        DOMINANT_SHARE,
-        'Amplitude from which on a phase is given, over the largest.',
-        minimum=0.0,
-        maximum=1.0,
+        DOMINANT_SHARE, 'Amplitude from which on a phase is given, over the largest.', '[0, 1]'
     )
-    peak_count: int = parameter(8, 'Largest number of peaks.', minimum=1, maximum=50)
+    peak_count: int = parameter(8, 'Largest number of peaks.', '[1, 50]')
     peak_threshold: float = parameter(
-        0.1, 'Smallest peak given, over the largest amplitude.', minimum=0.0, maximum=1.0
+        0.1, 'Smallest peak given, over the largest amplitude.', '[0, 1]'
     )
     fundamental: float = parameter(
-        GAIT_FREQUENCY,
-        'f_0, four peaks per gait cycle; names the peaks.',
-        unit='Hz',
-        minimum=0.1,
-        maximum=20.0,
+        GAIT_FREQUENCY, 'f_0, four peaks per gait cycle; names the peaks.', '[0.1, 20] Hz'
     )
     control_period: float = sample_period()
 

@@ -27,19 +27,15 @@ class FeedbackParameters:
     gain: float = parameter(
         12.0,
         'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
-        minimum=0.0,
-        maximum=60.0,
+        '[0, 60]',
     )
     gain_unit: float = parameter(
         1.009,
         'Ratio of the unit of the gain to the unit of the controller board; the gain of the '
         'amplifier between gyro and board is not published.',
-        minimum=0.1,
-        maximum=10.0,
+        '[0.1, 10]',
     )
-    limit_deg: float = parameter(
-        30.0, 'Largest correction in both directions.', unit='deg', minimum=0.0, maximum=60.0
-    )
+    limit_deg: float = parameter(30.0, 'Largest correction in both directions.', '[0, 60] deg')
 
 
 def rate_delay(default: int) -> Any:
@@ -48,8 +44,7 @@ def rate_delay(default: int) -> Any:
         default,
         'Delay of the pitch rate before the comparator, in control periods, in addition to the '
         "board's own delay.",
-        minimum=0,
-        maximum=10,
+        '[0, 10]',
         read_only=True,
     )
 
@@ -67,41 +62,31 @@ class BalanceParameters(FeedbackParameters):
     reference_amplitude: float = parameter(
         0.0,
         'Amplitude a of the reference rate a cos(2 pi f_0 t) of ideal walking.',
-        unit='rad/s',
-        minimum=0.0,
-        maximum=5.0,
+        '[0, 5] rad/s',
     )
     reference_offset: float = parameter(
         0.0,
         "Constant part of the reference rate: the offset of the comparator's reference from the "
         "gyro's voltage at rest; below 0 the robot leans back.",
-        unit='rad/s',
-        minimum=-1.0,
-        maximum=1.0,
+        '[-1, 1] rad/s',
     )
     lean_deg: float = parameter(
         0.0,
         'Constant part of the correction by the gyro, independent of the gain, like an offset after '
         'the amplifier; above 0 the robot leans back.',
-        unit='deg',
-        minimum=-10.0,
-        maximum=10.0,
+        '[-10, 10] deg',
     )
     rate_delay: int = rate_delay(0)
     start_ramp: float = parameter(
         1.0,
         'Time from the start of the run in which the correction rises linearly from 0 to its full '
         'value, like the mixing ratio on the board.',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        '[0, 10] s',
     )
     reference_frequency: float = parameter(
         GAIT_FREQUENCY,
         'Frequency f_0 of the reference rate: four peaks per gait cycle.',
-        unit='Hz',
-        minimum=0.0,
-        maximum=20.0,
+        '[0, 20] Hz',
     )
 
     def constant(self, time: float) -> float:

@@ -47,61 +47,40 @@ class StageParameters:
     fixed_stage: int = parameter(
         1,
         'Stage in the mode fixed: 1 no control, 2 ankle, 3 ankle and hip.',
-        minimum=STAGES[0],
-        maximum=STAGES[-1],
+        f'[{STAGES[0]}, {STAGES[-1]}]',
     )
     ankle_above_deg: float = parameter(
-        5.4,
-        'Inclination above which the ankle controller starts.',
-        unit='deg',
-        minimum=0.0,
-        maximum=30.0,
+        5.4, 'Inclination above which the ankle controller starts.', '[0, 30] deg'
     )
     hip_above_deg: float = parameter(
-        6.6,
-        'Inclination above which the hip controller starts.',
-        unit='deg',
-        minimum=0.0,
-        maximum=30.0,
+        6.6, 'Inclination above which the hip controller starts.', '[0, 30] deg'
     )
     hysteresis_deg: float = parameter(
         0.5,
         'Hysteresis: a controller stops when the inclination is below its threshold by this '
         'angle; the noise of the estimate is a tenth of the default.',
-        unit='deg',
-        minimum=0.0,
-        maximum=10.0,
+        '[0, 10] deg',
     )
     ramp_time: float = parameter(
         1.0,
         'Duration of the linear ramp of a controller that starts or stops; the stage does not '
         'change meanwhile.',
-        unit='s',
-        minimum=0.0,
-        maximum=60.0,
+        '[0, 60] s',
     )
     sensor_distance: float = parameter(
-        0.02694,
-        'Distance b of the toe and heel sensors from the ankle axis.',
-        unit='m',
-        minimum=0.005,
-        maximum=0.06,
+        0.02694, 'Distance b of the toe and heel sensors from the ankle axis.', '[0.005, 0.06] m'
     )
     load_threshold: float = parameter(
         5.0,
         'Force on both feet together below which the last estimate is kept; the robot weighs '
         '14.7 N.',
-        unit='N',
-        minimum=0.1,
-        maximum=50.0,
+        '[0.1, 50] N',
     )
     time_constant: float = parameter(
         0.5,
         'Time constant of the low-pass for the joint angles; equal to that of the force sensors, '
         'so that both have the same delay.',
-        unit='s',
-        minimum=0.0,
-        maximum=1.0,
+        '[0, 1] s',
     )
     control_period: float = sample_period()
 

@@ -6,13 +6,14 @@ instance of it. Defaults and ranges are stated nowhere else.
 
     @dataclass(frozen=True)
     class GyroParameters:
-        noise: float = parameter(0.05, 'Standard deviation.', unit='rad/s', minimum=0.0)
+        noise: float = parameter(0.05, 'Standard deviation.', '[0, inf] rad/s')
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 from types import MappingProxyType
@@ -101,6 +102,7 @@ _WORDS: dict[type[Any] | None, str] = {
 def parameter(
     default: Any,
     description: str,
+    accepted: str = '',
     *,
     unit: str = '',
     minimum: float | None = None,
@@ -112,9 +114,17 @@ def parameter(
 ) -> Any:
     """Declare a field of a parameter table (the values of a list are given as a tuple).
 
-    With ``wiring`` the parameter connects the node to its run: it is set when a run starts, is
-    read-only, and is no part of a scenario.
+    ``accepted`` states range and unit as messages show them, such as ``[0, 60] deg`` or ``m``; it
+    stands for ``unit``, ``minimum`` and ``maximum``. With ``wiring`` the parameter connects the
+    node to its run: it is set when a run starts, is read-only, and is no part of a scenario.
     """
+    if accepted:
+        ends, unit = re.fullmatch(r'(?:\[(.+)\])? ?(.*)', accepted).groups()  # type: ignore[union-attr]
+        number = int if type(default) is int else float
+        minimum, maximum = (
+            None if end.strip('-') == 'inf' else number(end)
+            for end in (ends or '-inf, inf').split(', ')
+        )
     metadata = {
         'description': description,
         'unit': unit,
@@ -133,9 +143,7 @@ def sample_period(maximum: float = 0.1) -> Any:
     return parameter(
         0.015,
         'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=maximum,
+        f'[0.001, {maximum}] s',
         read_only=True,
     )
 

@@ -19,16 +19,13 @@ class BoardParameters:
     baud: int = parameter(
         0,
         'Rate of the line: 115200, 625000 or 1250000; 0 tries all three.',
-        minimum=0,
-        maximum=1_250_000,
+        '[0, 1250000]',
         read_only=True,
     )
     reply_timeout: float = parameter(
         0.02,
         'Timeout of the first byte of a reply, and of the rest; an exchange is tried three times.',
-        unit='s',
-        minimum=0.005,
-        maximum=1.0,
+        '[0.005, 1] s',
         read_only=True,
     )
     map: str = parameter(
@@ -39,17 +36,13 @@ class BoardParameters:
     control_period: float = parameter(
         0.015,
         'Output cycle of the board: 0.010, 0.015, 0.020 or 0.025.',
-        unit='s',
-        minimum=0.010,
-        maximum=0.025,
+        '[0.01, 0.025] s',
         read_only=True,
     )
     duration: float = parameter(
         0.0,
         'Duration of the run; 0 runs until stopped (khr: duration of the motion).',
-        unit='s',
-        minimum=0.0,
-        maximum=1e6,
+        '[0, 1e6] s',
         read_only=True,
     )
     sync: str = parameter(
@@ -63,9 +56,7 @@ class BoardParameters:
     command_timeout: float = parameter(
         0.1,
         'Maximum age: an older correction is dropped; with an older reference the robot holds.',
-        unit='s',
-        minimum=0.02,
-        maximum=1.0,
+        '[0.02, 1] s',
     )
     mixing: str = parameter(
         'computer',
@@ -78,22 +69,19 @@ class BoardParameters:
         0,
         'With mixing board: K_A, counts of both ankles per AD step of the gyro (khr: from the gain '
         'of ankle_controller).',
-        minimum=0,
-        maximum=127,
+        '[0, 127]',
     )
     hip_ratio: int = parameter(
         0,
         'With mixing board: K_H, counts of both hips per AD step of the gyro (khr: from the gain of '
         'hip_controller).',
-        minimum=0,
-        maximum=127,
+        '[0, 127]',
     )
     ad_offset: int = parameter(
         0,
         "With mixing board: AD steps from the gyro's voltage at rest to its reference (khr: from "
         'reference_offset of the controllers).',
-        minimum=-100,
-        maximum=100,
+        '[-100, 100]',
         read_only=True,
     )
     urdf: str = parameter(
@@ -105,8 +93,7 @@ class BoardParameters:
         50,
         'Real-time priority (SCHED_FIFO) of the thread of the driver, as far as ulimit -r '
         'permits; 0 does not request it.',
-        minimum=0,
-        maximum=99,
+        '[0, 99]',
         read_only=True,
     )
     dry_run: bool = parameter(
@@ -119,32 +106,21 @@ class BoardParameters:
         choices=('free', 'hold'),
     )
     ramp_speed_deg_s: float = parameter(
-        30.0,
-        'Largest speed of a joint on the ramp to the first reference.',
-        unit='deg/s',
-        minimum=1.0,
-        maximum=60.0,
+        30.0, 'Largest speed of a joint on the ramp to the first reference.', '[1, 60] deg/s'
     )
     positions_per_period: int = parameter(
         4,
         'Number of servo positions read in each period, in turn; a read takes about 1 ms.',
-        minimum=0,
-        maximum=17,
+        '[0, 17]',
     )
     battery_warn: float = parameter(
-        10.5, 'Battery voltage below which the node warns.', unit='V', minimum=6.0, maximum=13.0
+        10.5, 'Battery voltage below which the node warns.', '[6, 13] V'
     )
     battery_stop: float = parameter(
-        9.6,
-        'Battery voltage that ends the run if it is below for half a second.',
-        unit='V',
-        minimum=0.0,
-        maximum=13.0,
+        9.6, 'Battery voltage that ends the run if it is below for half a second.', '[0, 13] V'
     )
     torque_time: float = parameter(
         300.0,
         'Maximum time with torque: no command reads the temperature of a servo.',
-        unit='s',
-        minimum=1.0,
-        maximum=3600.0,
+        '[1, 3600] s',
     )

@@ -10,15 +10,14 @@ from khr_common.published import CONTROL_PERIODS
 
 
 def _friction(default: float, materials: str) -> Any:
-    return parameter(default, f'Friction coefficient of {materials}.', minimum=0.0, maximum=2.0)
+    return parameter(default, f'Friction coefficient of {materials}.', '[0, 2]')
 
 
 def _scale(default: float, joints: str, gain: str) -> Any:
     return parameter(
         default,
         f'{gain.capitalize()} gain of the {joints} servos relative to the identified loop.',
-        minimum=0.1,
-        maximum=5.0,
+        '[0.1, 5]',
     )
 
 
@@ -32,18 +31,10 @@ class SimulatorParameters:
     """
 
     inclination_deg: float = parameter(
-        0.0,
-        'Inclination of the ground; positive if the robot faces downhill.',
-        unit='deg',
-        minimum=-30.0,
-        maximum=30.0,
+        0.0, 'Inclination of the ground; positive if the robot faces downhill.', '[-30, 30] deg'
     )
     inclination_rate_deg_s: float = parameter(
-        0.0,
-        'Speed at which the inclination grows during the run.',
-        unit='deg/s',
-        minimum=-5.0,
-        maximum=5.0,
+        0.0, 'Speed at which the inclination grows during the run.', '[-5, 5] deg/s'
     )
     level_start: bool = parameter(
         False,
@@ -58,10 +49,7 @@ class SimulatorParameters:
         read_only=True,
     )
     friction: float = parameter(
-        0.0,
-        'Friction coefficient of feet and ground; 0 takes the value of the surface.',
-        minimum=0.0,
-        maximum=2.0,
+        0.0, 'Friction coefficient of feet and ground; 0 takes the value of the surface.', '[0, 2]'
     )
     friction_smooth: float = _friction(0.2202, 'the bare sole on the smooth slope')
     friction_rubber: float = _friction(0.2805, 'the rubber sole on the slope')
@@ -69,9 +57,7 @@ class SimulatorParameters:
     pad_distance: float = parameter(
         0.02694,
         'Distance of toe pad and heel pad from the ankle axis.',
-        unit='m',
-        minimum=0.005,
-        maximum=0.05,
+        '[0.005, 0.05] m',
         read_only=True,
     )
     engine: str = parameter(
@@ -81,28 +67,21 @@ class SimulatorParameters:
         read_only=True,
     )
     physics_step: float = parameter(
-        0.001, 'Time step of the physics.', unit='s', minimum=0.0001, maximum=0.001, read_only=True
+        0.001, 'Time step of the physics.', '[0.0001, 0.001] s', read_only=True
     )
     solver_iterations: int = parameter(
-        50,
-        'Iterations of the contact solver per physics step.',
-        minimum=5,
-        maximum=1000,
-        read_only=True,
+        50, 'Iterations of the contact solver per physics step.', '[5, 1000]', read_only=True
     )
     solver_tolerance: float = parameter(
         1e-6,
         'Convergence tolerance of the contact solver, as improvement of its cost (mujoco only).',
-        minimum=0.0,
-        maximum=0.01,
+        '[0, 0.01]',
         read_only=True,
     )
     contact_time: float = parameter(
         0.004,
         'Time constant of the contact compliance, at least two physics steps (mujoco only).',
-        unit='s',
-        minimum=0.0002,
-        maximum=0.05,
+        '[0.0002, 0.05] s',
         read_only=True,
     )
     friction_cone: str = parameter(
@@ -114,9 +93,7 @@ class SimulatorParameters:
     control_period: float = parameter(
         0.015,
         'Output period of the controller board: 0.010, 0.015, 0.020 or 0.025.',
-        unit='s',
-        minimum=0.010,
-        maximum=0.025,
+        '[0.01, 0.025] s',
         read_only=True,
     )
     gui: bool = parameter(False, 'Show the window of the physics engine.', read_only=True)
@@ -127,48 +104,27 @@ class SimulatorParameters:
         read_only=True,
     )
     stiffness_per_stretch: float = parameter(
-        0.252,
-        'Stiffness of a servo per unit of its stretch setting.',
-        unit='N m/rad',
-        minimum=0.01,
-        maximum=2.0,
+        0.252, 'Stiffness of a servo per unit of its stretch setting.', '[0.01, 2] N m/rad'
     )
-    stretch_upper: int = parameter(60, 'Stretch of head and arm servos.', minimum=1, maximum=127)
-    stretch_hip: int = parameter(
-        60, 'Stretch of the hip servos, roll and pitch.', minimum=1, maximum=127
-    )
-    stretch_knee: int = parameter(75, 'Stretch of the knee servos.', minimum=1, maximum=127)
-    stretch_ankle_pitch: int = parameter(
-        45, 'Stretch of the ankle-pitch servos.', minimum=1, maximum=127
-    )
-    stretch_ankle_roll: int = parameter(
-        30, 'Stretch of the ankle-roll servos.', minimum=1, maximum=127
-    )
+    stretch_upper: int = parameter(60, 'Stretch of head and arm servos.', '[1, 127]')
+    stretch_hip: int = parameter(60, 'Stretch of the hip servos, roll and pitch.', '[1, 127]')
+    stretch_knee: int = parameter(75, 'Stretch of the knee servos.', '[1, 127]')
+    stretch_ankle_pitch: int = parameter(45, 'Stretch of the ankle-pitch servos.', '[1, 127]')
+    stretch_ankle_roll: int = parameter(30, 'Stretch of the ankle-roll servos.', '[1, 127]')
     derivative_time: float = parameter(
         0.0,
         'Derivative gain over the stiffness set by "stretch"; 2/69 s = 0.029 s in the identified '
         'loop.',
-        unit='s',
-        minimum=0.0,
-        maximum=0.1,
+        '[0, 0.1] s',
     )
     pid_kp: float = parameter(
         69.0,
         'Proportional gain of the identified servo loop: armature volts per volt of '
         'potentiometer error.',
-        minimum=1.0,
-        maximum=1000.0,
+        '[1, 1000]',
     )
-    pid_ki: float = parameter(
-        40.0,
-        'Integral gain of the identified servo loop.',
-        unit='1/s',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    pid_kd: float = parameter(
-        2.0, 'Derivative gain of the identified servo loop.', unit='s', minimum=0.0, maximum=10.0
-    )
+    pid_ki: float = parameter(40.0, 'Integral gain of the identified servo loop.', '[0, 1000] 1/s')
+    pid_kd: float = parameter(2.0, 'Derivative gain of the identified servo loop.', '[0, 10] s')
     pid_scale_hip: float = _scale(2.225, 'hip', 'proportional')
     pid_scale_knee: float = _scale(2.031, 'knee', 'proportional')
     pid_scale_ankle: float = _scale(1.029, 'ankle', 'proportional')
@@ -178,63 +134,41 @@ class SimulatorParameters:
     rotor_inertia: float = parameter(
         0.004,
         'Inertia of rotor and gears of a servo, reflected to the output shaft.',
-        unit='kg m^2',
-        minimum=0.0005,
-        maximum=0.02,
+        '[0.0005, 0.02] kg m^2',
     )
     gear_stiffness: float = parameter(
         59.99,
         'Stiffness between potentiometer and link of a servo: shaft, horn, bracket.',
-        unit='N m/rad',
-        minimum=1.0,
-        maximum=200.0,
+        '[1, 200] N m/rad',
     )
     gear_stiffness_ankle: float = parameter(
         17.33,
         'Gear stiffness of the ankle servos, pitch and roll; 0 takes the value of all servos.',
-        unit='N m/rad',
-        minimum=0.0,
-        maximum=200.0,
+        '[0, 200] N m/rad',
     )
     gear_damping: float = parameter(
-        0.02,
-        'Damping parallel to the gear stiffness.',
-        unit='N m s/rad',
-        minimum=0.0,
-        maximum=0.025,
+        0.02, 'Damping parallel to the gear stiffness.', '[0, 0.025] N m s/rad'
     )
     servo_friction: float = parameter(
-        0.03409,
-        'Dry friction of motor and gears of a servo, at the output shaft.',
-        unit='N m',
-        minimum=0.0,
-        maximum=0.5,
+        0.03409, 'Dry friction of motor and gears of a servo, at the output shaft.', '[0, 0.5] N m'
     )
     backlash_deg: float = parameter(
-        0.3373,
-        'Total free play of the gears of a servo, at the output shaft.',
-        unit='deg',
-        minimum=0.0,
-        maximum=3.0,
+        0.3373, 'Total free play of the gears of a servo, at the output shaft.', '[0, 3] deg'
     )
-    seed: int = parameter(0, 'Seed of the initial error.', minimum=0, read_only=True)
+    seed: int = parameter(0, 'Seed of the initial error.', '[0, inf]', read_only=True)
     initial_tilt_deg: float = parameter(
         0.0,
         'Standard deviation of the initial error in pitch and roll of the robot.',
-        unit='deg',
-        minimum=0.0,
-        maximum=5.0,
+        '[0, 5] deg',
     )
     zero_error_deg: float = parameter(
         0.0,
         'Standard deviation of the zero errors of the servos, drawn once per seed.',
-        unit='deg',
-        minimum=0.0,
-        maximum=2.0,
+        '[0, 2] deg',
         read_only=True,
     )
     stop_when_tilted_deg: float = parameter(
-        60.0, 'Tilt of the torso that ends a run.', unit='deg', minimum=10.0, maximum=180.0
+        60.0, 'Tilt of the torso that ends a run.', '[10, 180] deg'
     )
 
     def __post_init__(self) -> None:

@@ -35,9 +35,7 @@ class RunParameters(SimulatorParameters):
         1,
         'Periods between a sample and the motion that its answers cause; 1 as on the real '
         'board, so that physics and controllers overlap.',
-        unit='periods',
-        minimum=0,
-        maximum=1,
+        '[0, 1] periods',
         read_only=True,
     )
     answers: tuple[str, ...] = parameter(
@@ -52,42 +50,29 @@ class RunParameters(SimulatorParameters):
         wiring=True,
     )
     lockstep_timeout: float = parameter(
-        5.0,
-        'Timeout in wall time for an answer; the run then ends.',
-        unit='s',
-        minimum=0.1,
-        maximum=3600.0,
+        5.0, 'Timeout in wall time for an answer; the run then ends.', '[0.1, 3600] s'
     )
     start_timeout: float = parameter(
         0.0,
         'Timeout in wall time for the start of all nodes; 0 waits forever.',
-        unit='s',
-        minimum=0.0,
-        maximum=3600.0,
+        '[0, 3600] s',
         wiring=True,
     )
     realtime_factor: float = parameter(
-        1.0, 'Ratio of simulated to wall time in realtime mode.', minimum=0.01, maximum=100.0
+        1.0, 'Ratio of simulated to wall time in realtime mode.', '[0.01, 100]'
     )
     pace: float = parameter(
         0.0,
         'Limit of the ratio of simulated to wall time in lockstep; 0 is unlimited.',
-        minimum=0.0,
-        maximum=100.0,
+        '[0, 100]',
     )
     command_timeout: float = parameter(
-        0.1,
-        'Age limit of a correction in realtime mode; older ones are dropped.',
-        unit='s',
-        minimum=0.001,
-        maximum=10.0,
+        0.1, 'Age limit of a correction in realtime mode; older ones are dropped.', '[0.001, 10] s'
     )
     duration: float = parameter(
         0.0,
         'Simulated time of the run; 0 runs until stopped (khr: to the end of the motion).',
-        unit='s',
-        minimum=0.0,
-        maximum=1e6,
+        '[0, 1e+06] s',
         read_only=True,
     )
     pushes: tuple[str, ...] = parameter(
@@ -102,14 +87,12 @@ class RunParameters(SimulatorParameters):
     push_point: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0),
         'Point of action of a push by message, in the frame of its link.',
-        unit='m',
+        'm',
         length=3,
     )
-    push_duration: float = parameter(
-        0.1, 'Duration of a push by message.', unit='s', minimum=0.001, maximum=60.0
-    )
+    push_duration: float = parameter(0.1, 'Duration of a push by message.', '[0.001, 60] s')
     push_limit: float = parameter(
-        1000.0, 'Largest force of a push.', unit='N', minimum=0.0, maximum=1e5, read_only=True
+        1000.0, 'Largest force of a push.', '[0, 100000] N', read_only=True
     )
 
     def __post_init__(self) -> None:

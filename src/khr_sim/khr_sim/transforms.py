@@ -26,7 +26,7 @@ class TransformsParameters:
         'Publish the frames below base_link as well; false if robot_state_publisher does so.',
         wiring=True,
     )
-    every: int = parameter(2, 'Control periods between transforms.', minimum=1, maximum=100)
+    every: int = parameter(2, 'Control periods between transforms.', '[1, 100]')
 
 
 class JointTree:

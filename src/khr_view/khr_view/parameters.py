@@ -20,15 +20,12 @@ class PageParameters:
     port: int = parameter(
         0,
         'Port that it is served on; 0 takes the first free one from 8090 on.',
-        minimum=0,
-        maximum=65535,
+        '[0, 65535]',
         read_only=True,
     )
     rate: float = parameter(
         30.0,
         'Frames per second of wall time while a browser is connected.',
-        unit='Hz',
-        minimum=1.0,
-        maximum=60.0,
+        '[1, 60] Hz',
         read_only=True,
     )

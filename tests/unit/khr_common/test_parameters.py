@@ -12,11 +12,11 @@ from khr_common import ParameterError, build, check, parameter, specifications
 
 @dataclass(frozen=True)
 class Table:
-    gain: float = parameter(12.0, 'A gain.', unit='board', minimum=0.0, maximum=60.0)
-    count: int = parameter(3, 'A count.', minimum=1)
+    gain: float = parameter(12.0, 'A gain.', '[0, 60] board')
+    count: int = parameter(3, 'A count.', '[1, inf]')
     surface: str = parameter('smooth', 'A surface.', choices=('smooth', 'rubber'))
     enabled: bool = parameter(True, 'A switch.', read_only=True)
-    point: tuple[float, ...] = parameter((0.0, 0.0, 0.1), 'A point.', unit='m', length=3)
+    point: tuple[float, ...] = parameter((0.0, 0.0, 0.1), 'A point.', 'm', length=3)
 
 
 @given(st.floats(0.0, 60.0))
@@ -63,3 +63,8 @@ def test_defaults_are_accepted_by_their_own_table():
 
 def test_lists_become_tuples():
     assert build(Table, {'point': [1.0, 2.0, 3.0]}).point == (1.0, 2.0, 3.0)
+
+
+def test_range_and_unit_can_be_stated_apart():
+    apart = parameter(12.0, 'A gain.', unit='board', minimum=0.0, maximum=60.0)
+    assert apart.metadata == Table.__dataclass_fields__['gain'].metadata

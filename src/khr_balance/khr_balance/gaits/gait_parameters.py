@@ -41,126 +41,80 @@ class GaitParameters:
         (0.0, 0.0),
         'File: times of the first and last frame of the part that is played ``cycles`` times; '
         'equal: no part.',
-        unit='s',
-        minimum=0.0,
-        maximum=3600.0,
+        '[0, 3600] s',
         length=2,
     )
-    start_delay: float = parameter(
-        1.0, 'Duration of the stance before the motion.', unit='s', minimum=0.0, maximum=60.0
-    )
-    end_pause: float = parameter(
-        1.0, 'Duration of the stance after the motion.', unit='s', minimum=0.0, maximum=600.0
-    )
+    start_delay: float = parameter(1.0, 'Duration of the stance before the motion.', '[0, 60] s')
+    end_pause: float = parameter(1.0, 'Duration of the stance after the motion.', '[0, 600] s')
 
     hip_height: float = parameter(
         0.115,
         'Height of the hip-pitch axes above the ankle-pitch axes of flat feet.',
-        unit='m',
-        minimum=0.06,
-        maximum=0.13,
+        '[0.06, 0.13] m',
     )
-    torso_pitch: float = parameter(
-        0.1, 'Forward lean of the torso.', unit='rad', minimum=-0.3, maximum=0.5
-    )
+    torso_pitch: float = parameter(0.1, 'Forward lean of the torso.', '[-0.3, 0.5] rad')
     foot_spread: float = parameter(
-        0.084,
-        'Distance between the centre lines of the soles.',
-        unit='m',
-        minimum=0.08,
-        maximum=0.14,
+        0.084, 'Distance between the centre lines of the soles.', '[0.08, 0.14] m'
     )
-    shoulder_pitch: float = parameter(
-        0.0, "Both shoulders' pitch.", unit='rad', minimum=-3.14, maximum=1.57
-    )
-    shoulder_roll: float = parameter(
-        0.2, 'Spread of both arms.', unit='rad', minimum=0.0, maximum=3.14
-    )
-    elbow_pitch: float = parameter(
-        -0.4, "Both elbows' pitch.", unit='rad', minimum=-2.26, maximum=0.52
-    )
+    shoulder_pitch: float = parameter(0.0, "Both shoulders' pitch.", '[-3.14, 1.57] rad')
+    shoulder_roll: float = parameter(0.2, 'Spread of both arms.', '[0, 3.14] rad')
+    elbow_pitch: float = parameter(-0.4, "Both elbows' pitch.", '[-2.26, 0.52] rad')
 
     com_stance: float = parameter(
-        -0.00288,
-        "Centre of mass ahead of the soles' centres in the stance.",
-        unit='m',
-        minimum=-0.05,
-        maximum=0.05,
+        -0.00288, "Centre of mass ahead of the soles' centres in the stance.", '[-0.05, 0.05] m'
     )
     walk_start_shift: float = parameter(
         0.004201,
         'Walk: shift of the centre of mass ahead of ``com_stance`` in the first and last stance.',
-        unit='m',
-        minimum=-0.03,
-        maximum=0.03,
+        '[-0.03, 0.03] m',
     )
     first_step_shift: float = parameter(
         -0.004731,
         'Walk: shift of the centre of mass ahead of ``com_lifted`` in the first step.',
-        unit='m',
-        minimum=-0.03,
-        maximum=0.03,
+        '[-0.03, 0.03] m',
     )
     com_lifted: float = parameter(
         0.003136,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
-        unit='m',
-        minimum=-0.05,
-        maximum=0.05,
+        '[-0.05, 0.05] m',
     )
     com_touchdown: float = parameter(
         0.0273,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
-        unit='m',
-        minimum=-0.05,
-        maximum=0.08,
+        '[-0.05, 0.08] m',
     )
     sway: float = parameter(
         0.025,
         'Walk: largest sideways distance of the centre of mass from the midline.',
-        unit='m',
-        minimum=0.0,
-        maximum=0.06,
+        '[0, 0.06] m',
     )
     stride: float = parameter(
-        0.056,
-        'Walk: largest fore-aft distance between the feet.',
-        unit='m',
-        minimum=0.0,
-        maximum=0.1,
+        0.056, 'Walk: largest fore-aft distance between the feet.', '[0, 0.1] m'
     )
-    lift: float = parameter(
-        0.020, 'Height of a swinging or lifted foot.', unit='m', minimum=0.0, maximum=0.05
-    )
+    lift: float = parameter(0.020, 'Height of a swinging or lifted foot.', '[0, 0.05] m')
     heel_off: float = parameter(
         0.25,
         'Walk: pitch of the rear foot on its toe before lift-off; with a flat foot the leg would be '
         'too short.',
-        unit='rad',
-        minimum=0.0,
-        maximum=0.6,
+        '[0, 0.6] rad',
     )
     cycle_period: float = parameter(
         GAIT_PERIOD,
         "Walk: duration of two steps; the maker's slow walk takes 154 frames of 15 ms.",
-        unit='s',
-        minimum=0.4,
-        maximum=20.0,
+        '[0.4, 20] s',
     )
     cycles: int = parameter(
         4,
         'Walk: number of whole cycles between the first and the last half cycle. File: number of '
         'times that the part ``repeat`` is played.',
-        minimum=0,
-        maximum=1000,
+        '[0, 1000]',
     )
     phases: tuple[float, ...] = parameter(
         (20.0, 12.0, 8.0, 17.0, 20.0),
         "Walk: relative durations of a step's phases: weight shift, lift, swing, lowering, double "
         'support.',
-        minimum=0.5,
-        maximum=1000.0,
+        '[0.5, 1000]',
         length=5,
     )
     first_foot: str = parameter(
@@ -172,34 +126,20 @@ class GaitParameters:
     lift_com_inboard: float = parameter(
         -0.002596,
         "Leg lift: centre of mass inboard of the stance sole's centre.",
-        unit='m',
-        minimum=-0.03,
-        maximum=0.042,
+        '[-0.03, 0.042] m',
     )
     lift_torso_roll: float = parameter(
-        0.1,
-        'Leg lift: lean of the torso towards the stance leg.',
-        unit='rad',
-        minimum=-0.3,
-        maximum=0.5,
+        0.1, 'Leg lift: lean of the torso towards the stance leg.', '[-0.3, 0.5] rad'
     )
     shift_time: float = parameter(
         2.0,
         'Leg lift: duration of the weight shift over one leg, and of the shift back.',
-        unit='s',
-        minimum=0.2,
-        maximum=60.0,
+        '[0.2, 60] s',
     )
     lift_time: float = parameter(
-        1.0,
-        'Leg lift: duration of lifting the other foot, and of lowering it.',
-        unit='s',
-        minimum=0.1,
-        maximum=60.0,
+        1.0, 'Leg lift: duration of lifting the other foot, and of lowering it.', '[0.1, 60] s'
     )
-    hold_time: float = parameter(
-        3.0, 'Leg lift: time with the foot lifted.', unit='s', minimum=0.0, maximum=600.0
-    )
+    hold_time: float = parameter(3.0, 'Leg lift: time with the foot lifted.', '[0, 600] s')
 
     @property
     def cyclic(self) -> bool:

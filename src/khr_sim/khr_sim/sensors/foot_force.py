@@ -21,31 +21,19 @@ class FootForceParameters:
     """The parameter table of the foot-force sensors."""
 
     saturation: float = parameter(
-        25.0,
-        'Largest force that a sensor can measure; the robot weighs 14.7 N.',
-        unit='N',
-        minimum=1.0,
-        maximum=200.0,
+        25.0, 'Largest force that a sensor can measure; the robot weighs 14.7 N.', '[1, 200] N'
     )
     noise: float = parameter(
-        0.05,
-        'Standard deviation of the white noise of a sample.',
-        unit='N',
-        minimum=0.0,
-        maximum=5.0,
+        0.05, 'Standard deviation of the white noise of a sample.', '[0, 5] N'
     )
     resolution: float = parameter(
         0.025,
         'Resolution of the reading; 0 for none. The default is a thousandth of the range, as '
         'with the 10-bit converter of the board.',
-        unit='N',
-        minimum=0.0,
-        maximum=5.0,
+        '[0, 5] N',
     )
-    time_constant: float = parameter(
-        0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0
-    )
-    seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
+    time_constant: float = parameter(0.5, 'Time constant of the low-pass; 0 for none.', '[0, 1] s')
+    seed: int = parameter(0, 'Seed of the noise.', '[0, inf]', read_only=True)
     control_period: float = sample_period()
 
 

@@ -40,36 +40,24 @@ class GyroParameters:
         0.67,
         'Sensitivity of this sensor. The board assumes the nominal 0.67, so that '
         'another value is a scale error.',
-        unit='mV per deg/s',
-        minimum=0.01,
-        maximum=10.0,
+        '[0.01, 10] mV per deg/s',
     )
-    bandwidth: float = parameter(
-        5.474, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0
-    )
+    bandwidth: float = parameter(5.474, 'Corner of the low-pass.', '[0.05, 500] Hz')
     noise: float = parameter(
-        0.01,
-        'Standard deviation of the white noise of a sample.',
-        unit='rad/s',
-        minimum=0.0,
-        maximum=1.0,
+        0.01, 'Standard deviation of the white noise of a sample.', '[0, 1] rad/s'
     )
     zero_offset: float = parameter(
-        0.0,
-        'Output at rest, after the board has subtracted its reference.',
-        unit='rad/s',
-        minimum=-1.0,
-        maximum=1.0,
+        0.0, 'Output at rest, after the board has subtracted its reference.', '[-1, 1] rad/s'
     )
     saturation: float = parameter(
-        5.236, 'Largest rate that the sensor can measure.', unit='rad/s', minimum=0.1, maximum=60.0
+        5.236, 'Largest rate that the sensor can measure.', '[0.1, 60] rad/s'
     )
     adc: bool = parameter(
         True,
         "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
         'at the nominal sensitivity.',
     )
-    seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
+    seed: int = parameter(0, 'Seed of the noise.', '[0, inf]', read_only=True)
     control_period: float = sample_period()
 
 
