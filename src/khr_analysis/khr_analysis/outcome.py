@@ -146,21 +146,13 @@ class Outcome(NamedTuple):
 
 
 class SensedOutcome(NamedTuple):
-    """Outcome of the run so far, by the sensors alone.
+    """Outcome of the run so far, by the sensors alone."""
 
-    Attributes:
-        verdict: ``fell``, or ``upright``: neither forces nor rate show a fall.
-        time: since the first sample, s.
-        fell_at: time of the fall, s.
-        fastest: largest rate, about any axis, rad/s.
-        vibration: as of an :class:`Outcome`, of the rate that the board reads, rad/s.
-    """
-
-    verdict: SensedVerdict
-    time: float
-    fell_at: float | None
-    fastest: float
-    vibration: float
+    verdict: SensedVerdict  # fell, or upright: neither forces nor rate show a fall
+    time: float  # since the first sample, s
+    fell_at: float | None  # time of the fall, s
+    fastest: float  # largest rate, about any axis, rad/s
+    vibration: float  # as of an Outcome, of the rate that the board reads, rad/s
 
 
 class OutcomeMonitor:

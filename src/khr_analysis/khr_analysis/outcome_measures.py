@@ -60,21 +60,16 @@ class SoleSlip:
 
 
 class Slides(NamedTuple):
-    """Distances that the soles slid in a walk, and in the stance before and after it, m.
+    """Distances that the soles slid in a walk, and in the stance before and after it, m."""
 
-    Attributes:
-        before: of the sole that slid further, until the first foot lifts off; of a run without
-            a step all of it.
-        per_step: mean over the steps, each the net slip of one foot in one ground contact,
-            from the first lift-off to the last touchdown.
-        after: of the sole that slid further, since the last foot touched down.
-        steps: number of steps.
-    """
-
+    # of the sole that slid further, until the first foot lifts off; of a run without a step all of
+    # it
     before: float = 0.0
+    # mean over the steps, each the net slip of one foot in one ground contact, from the first
+    # lift-off to the last touchdown
     per_step: float = 0.0
-    after: float = 0.0
-    steps: int = 0
+    after: float = 0.0  # of the sole that slid further, since the last foot touched down
+    steps: int = 0  # number of steps
 
 
 class StepSlides:

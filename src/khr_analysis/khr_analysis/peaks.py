@@ -22,16 +22,11 @@ ON_LINE = 0.2  # of the distance between two lines of the gait that a peak of it
 
 @dataclass(frozen=True)
 class Window:
-    """One window function.
+    """One window function."""
 
-    Attributes:
-        slope: factor of the interpolation (see :func:`offset`).
-        lobe: transform, relative to its maximum, at a distance in bins of at most 1/2.
-        ripple: amplitude of the cosine relative to the mean of the window.
-    """
-
-    ripple: float
-    slope: float
+    ripple: float  # amplitude of the cosine relative to the mean of the window
+    slope: float  # factor of the interpolation (see offset)
+    # transform, relative to its maximum, at a distance in bins of at most 1/2
     lobe: Callable[[float], float]
 
     def weights(self, size: int) -> Array:

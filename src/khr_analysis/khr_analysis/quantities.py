@@ -15,21 +15,13 @@ Rows = list[tuple[str, float]]  # the numbers of a message by axis
 
 @dataclass(frozen=True)
 class Quantity:
-    """The numbers of a message type that can be analysed.
+    """The numbers of a message type that can be analysed."""
 
-    Attributes:
-        read: returns the numbers of a message by axis.
-        default: axis if none is asked for; empty for the first.
-        name: of the quantity.
-        unit: as shown.
-        factor: from the unit of the message to the shown one.
-    """
-
-    read: Callable[[Any], Rows]
-    default: str
-    name: str
-    unit: str
-    factor: float = 1.0
+    read: Callable[[Any], Rows]  # returns the numbers of a message by axis
+    default: str  # axis if none is asked for; empty for the first
+    name: str  # of the quantity
+    unit: str  # as shown
+    factor: float = 1.0  # from the unit of the message to the shown one
 
 
 def _vector(vector: Any, suffix: str = '') -> Rows:

@@ -19,17 +19,11 @@ SMALLEST = 0.05  # line that is given, over the largest amplitude
 
 @dataclass(frozen=True, eq=False)
 class RecordedSpectrum:
-    """A spectrum, and its statements on rate, resolution and highest frequency.
+    """A spectrum, and its statements on rate, resolution and highest frequency."""
 
-    Attributes:
-        samples: from which it was computed.
-        spectrum: with the lines above the noise.
-        notes: a sentence each.
-    """
-
-    samples: Samples
-    spectrum: Spectrum
-    notes: tuple[str, ...]
+    samples: Samples  # from which it was computed
+    spectrum: Spectrum  # with the lines above the noise
+    notes: tuple[str, ...]  # a sentence each
 
 
 def recorded_spectrum(samples: Samples, begin: float = -inf, end: float = inf) -> RecordedSpectrum:

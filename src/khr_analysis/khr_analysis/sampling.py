@@ -34,21 +34,13 @@ MOST = 20_000_000  # samples of a grid
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A stretch of a signal, sampled evenly.
+    """A stretch of a signal, sampled evenly."""
 
-    Attributes:
-        start: time of the first sample, s; system time counts from its first timestamp.
-        period: between the samples, s.
-        values: (N,).
-        nyquist: highest frequency that the recording holds, Hz.
-        notes: on rate and corrections, a sentence each.
-    """
-
-    start: float
-    period: float
-    values: Array
-    nyquist: float
-    notes: tuple[str, ...]
+    start: float  # time of the first sample, s; system time counts from its first timestamp
+    period: float  # between the samples, s
+    values: Array  # (N,)
+    nyquist: float  # highest frequency that the recording holds, Hz
+    notes: tuple[str, ...]  # on rate and corrections, a sentence each
 
     @property
     def times(self) -> Array:

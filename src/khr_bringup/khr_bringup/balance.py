@@ -23,19 +23,14 @@ LOADED = 1.0  # N on a sole from which on it supports
 
 
 class Margins(NamedTuple):
-    """Places along the slope, m ahead of the middle between heel edge and toe edge.
+    """Places along the slope, m ahead of the middle between heel edge and toe edge."""
 
-    Attributes:
-        center: of mass, projected vertically onto the slope.
-        capture: capture point: where the robot has to step to come to rest over it, the centre of
-            mass plus its velocity by sqrt(h/g) (Pratt et al. 2006, Hof et al. 2005).
-        pressure: centre of pressure of the ground's normal forces.
-        toe, heel: foremost and rearmost edge of the loaded soles.
-    """
-
-    center: float
+    center: float  # of mass, projected vertically onto the slope
+    # capture point: where the robot has to step to come to rest over it, the centre of mass plus
+    # its velocity by sqrt(h/g) (Pratt et al. 2006, Hof et al. 2005).
     capture: float
-    pressure: float
+    pressure: float  # centre of pressure of the ground's normal forces
+    # toe, heel: foremost and rearmost edge of the loaded soles
     toe: float
     heel: float
 
@@ -45,25 +40,16 @@ AIRBORNE = Margins(nan, nan, nan, nan, nan)
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The balance at one sample; points in odom, m: z upward, the slope through the origin.
+    """The balance at one sample; points in odom, m: z upward, the slope through the origin."""
 
-    Attributes:
-        poses: of all links, (4, 4) each.
-        center_of_mass: (3,).
-        below: its vertical projection onto the slope, (3,).
-        capture: the capture point on the slope, (3,); equal to ``below`` without a sample before.
-        pressure: the centre of pressure, (3,); NaN in the air.
-        support: corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air.
-        margins: along the slope; NaN in the air.
-    """
-
-    poses: dict[str, Array]
-    center_of_mass: Array
-    below: Array
-    capture: Array
-    pressure: Array
+    poses: dict[str, Array]  # of all links, (4, 4) each
+    center_of_mass: Array  # (3,)
+    below: Array  # its vertical projection onto the slope, (3,)
+    capture: Array  # the capture point on the slope, (3,); equal to below without a sample before
+    pressure: Array  # the centre of pressure, (3,); NaN in the air
+    # corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air
     support: Array
-    margins: Margins
+    margins: Margins  # along the slope; NaN in the air
 
 
 class BalanceModel:

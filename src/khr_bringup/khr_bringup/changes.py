@@ -16,18 +16,13 @@ from khr_common.status_values import AFTER, CHANGED, integer
 
 @dataclass(frozen=True)
 class Change:
-    """A parameter change of a running node.
+    """A parameter change of a running node."""
 
-    Attributes:
-        node, parameter: that was set.
-        value: the new one.
-        after_ns: stamp of the last sample without the change, ns; -1 if all samples have it.
-    """
-
+    # node, parameter: that was set
     node: str
     parameter: str
-    value: Any
-    after_ns: int
+    value: Any  # the new one
+    after_ns: int  # stamp of the last sample without the change, ns; -1 if all samples have it
 
     @property
     def time(self) -> float:

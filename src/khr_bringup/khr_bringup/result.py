@@ -28,21 +28,14 @@ ACCEPTED = 'accepted: the file that khr run writes'
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of a run.
+    """The progress of a run."""
 
-    Attributes:
-        time: simulated, s.
-        state: of the run, or the nodes that it waits for.
-        factor: real-time factor, simulated over wall time; None before it is known.
-        pitch_rate: of the torso, rad/s; None before it is known.
-        peak: description of the largest peak of its spectrum.
-    """
-
-    time: float
-    state: str
+    time: float  # simulated, s
+    state: str  # of the run, or the nodes that it waits for
+    # real-time factor, simulated over wall time; None before it is known
     factor: float | None = None
-    pitch_rate: float | None = None
-    peak: str = ''
+    pitch_rate: float | None = None  # of the torso, rad/s; None before it is known
+    peak: str = ''  # description of the largest peak of its spectrum
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -124,29 +117,17 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True)
 class RunRecord:
-    """The content of ``outcome.json``: numbers in SI units.
-
-    Attributes:
-        scenario: its name.
-        judged: the outcome; None if the run was not judged.
-        trajectory_hash: SHA-256 in hex; empty if nothing was simulated.
-        end: duration, tilted or stopped.
-        startup: wall time until the first control period began, s.
-        real_time_factor: simulated over wall time.
-        realtime: how the run kept to the wall clock; None in lockstep.
-        changes: parameters that were set while the run went on.
-        arithmetic: ``portable``, or ``native`` with a digest.
-    """
+    """The content of ``outcome.json``: numbers in SI units."""
 
     scenario: str = ''
-    judged: Outcome | SensedOutcome | None = None
-    trajectory_hash: str = ''
-    end: str = ''
-    startup: float = 0.0
-    real_time_factor: float = 0.0
-    realtime: RealTime | None = None
-    changes: tuple[Change, ...] = ()
-    arithmetic: str = ''
+    judged: Outcome | SensedOutcome | None = None  # the outcome; None if the run was not judged
+    trajectory_hash: str = ''  # SHA-256 in hex; empty if nothing was simulated
+    end: str = ''  # duration, tilted or stopped
+    startup: float = 0.0  # wall time until the first control period began, s
+    real_time_factor: float = 0.0  # simulated over wall time
+    realtime: RealTime | None = None  # how the run kept to the wall clock; None in lockstep
+    changes: tuple[Change, ...] = ()  # parameters that were set while the run went on
+    arithmetic: str = ''  # portable, or native with a digest
 
     def to_json(self) -> dict[str, Any]:
         """Return the values by name; :meth:`from_json` reads them."""

@@ -88,31 +88,25 @@ class CoreBlock(Block[Table], Generic[Table, CoreType]):
 
 @dataclass(frozen=True)
 class NodeSpec:
-    """The description of a node; packages register it as an entry point of ``khr.nodes``.
+    """The description of a node; packages register it as an entry point of ``khr.nodes``."""
 
-    Attributes:
-        name: of node and executable.
-        package: of the node.
-        table: its parameter table, a frozen dataclass.
-        block: computes its outputs for each sample; None for a node without outputs in lockstep.
-        subscribes, publishes: its topics; by default those of the block.
-        node: its class as ``module:Class``; by default the node that runs a block.
-        joins: decides from the table whether the node takes part in a run; by default it does.
-        listens: whether a run waits until the node has received every sample, see ``Listener``.
-        drives: whether the node replaces the simulator; it takes part only as the named driver.
-        brings: of a driver, the topics that it publishes with a table; by default all.
-    """
-
-    name: str
-    package: str
-    table: type[Any]
+    name: str  # of node and executable
+    package: str  # of the node
+    table: type[Any]  # its parameter table, a frozen dataclass
+    # computes its outputs for each sample; None for a node without outputs in lockstep
     block: type[Block[Any]] | None = None
+    # subscribes, publishes: its topics; by default those of the block
     subscribes: tuple[Topic, ...] = ()
     publishes: tuple[Topic, ...] = ()
+    # its class as module:Class; by default the node that runs a block
     node: str = 'khr_common.nodes.block_node:BlockNode'
+    # decides from the table whether the node takes part in a run; by default it does
     joins: Callable[[Any], bool] = lambda _: True
+    # whether a run waits until the node has received every sample, see Listener
     listens: bool = False
+    # whether the node replaces the simulator; it takes part only as the named driver
     drives: bool = False
+    # of a driver, the topics that it publishes with a table; by default all
     brings: Callable[[Any], tuple[Topic, ...]] | None = None
 
     def __post_init__(self) -> None:

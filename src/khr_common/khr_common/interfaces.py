@@ -36,22 +36,14 @@ Flow = Literal['period', 'latched', 'event']
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of the graph; two of the same name are the same topic.
+    """A topic of the graph; two of the same name are the same topic."""
 
-    Attributes:
-        name: relative to the robot's namespace, unless it begins with a slash.
-        kind: message type, such as ``sensor_msgs/msg/Imu``.
-        meaning: of its messages, with units.
-        flow: of its messages.
-        frame: of its messages, if all have the same one.
-        names: of the positions of a JointState, in order.
-    """
-
-    name: str
-    kind: str = field(compare=False)
-    meaning: str = field(compare=False)
-    flow: Flow = field(default='period', compare=False)
-    frame: str = field(default='', compare=False)
+    name: str  # relative to the robot's namespace, unless it begins with a slash
+    kind: str = field(compare=False)  # message type, such as sensor_msgs/msg/Imu
+    meaning: str = field(compare=False)  # of its messages, with units
+    flow: Flow = field(default='period', compare=False)  # of its messages
+    frame: str = field(default='', compare=False)  # of its messages, if all have the same one
+    # of the positions of a JointState, in order
     names: tuple[str, ...] = field(default=(), compare=False)
 
     def __hash__(self) -> int:  # topics are looked up in every period

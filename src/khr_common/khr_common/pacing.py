@@ -20,21 +20,13 @@ COUNTS = ('periods', 'missed_periods', 'stale_corrections')
 
 @dataclass(frozen=True)
 class RealTime:
-    """How a run kept to the wall clock.
+    """How a run kept to the wall clock."""
 
-    Attributes:
-        held: whether it kept 99 % of the speed, and 99 % of the periods in time.
-        factor: simulated by wall time.
-        periods: control periods, without pauses.
-        missed: of these, late ones.
-        stale: corrections that were too old to use.
-    """
-
-    held: bool
-    factor: float
-    periods: int
-    missed: int
-    stale: int
+    held: bool  # whether it kept 99 % of the speed, and 99 % of the periods in time
+    factor: float  # simulated by wall time
+    periods: int  # control periods, without pauses
+    missed: int  # of these, late ones
+    stale: int  # corrections that were too old to use
 
     def values(self) -> dict[str, float | int | str]:
         """Return the values by name, for ``outcome.json``."""
@@ -61,17 +53,11 @@ class RealTime:
 
 @dataclass
 class Punctuality:
-    """Count late periods and corrections of a run that steps by the wall clock.
+    """Count late periods and corrections of a run that steps by the wall clock."""
 
-    Attributes:
-        periods: from one control period to the next, without pauses.
-        late: periods that took more than one and a half times as long as they should.
-        stale: corrections that were too old to use.
-    """
-
-    periods: int = 0
-    late: int = 0
-    stale: int = 0
+    periods: int = 0  # from one control period to the next, without pauses
+    late: int = 0  # periods that took more than one and a half times as long as they should
+    stale: int = 0  # corrections that were too old to use
     _simulated: float = 0.0  # s
     _due: float = 0.0  # s of wall time that these should have taken
     _taken: float = 0.0  # s of wall time that they took

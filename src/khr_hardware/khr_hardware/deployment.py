@@ -30,16 +30,12 @@ CYCLE = 0.015  # s, an output cycle
 
 @dataclass(frozen=True)
 class BoardLoop:
-    """A pitch-rate loop in the units of the board.
+    """A pitch-rate loop in the units of the board."""
 
-    Attributes:
-        factors: counts per AD step of the gyro, by joint, without the signs of the servos.
-        offset: of the gyro's reference from its voltage at rest, AD steps.
-        asked: the factors before rounding.
-    """
-
+    # counts per AD step of the gyro, by joint, without the signs of the servos
     factors: Mapping[str, int]
-    offset: int
+    offset: int  # of the gyro's reference from its voltage at rest, AD steps
+    # the factors before rounding
     asked: Mapping[str, float] = field(default_factory=dict, compare=False)
 
 

@@ -16,23 +16,14 @@ from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, Serv
 
 @dataclass(frozen=True)
 class Inspection:
-    """The values read from a board.
+    """The values read from a board."""
 
-    Attributes:
-        version: of the firmware, as text.
-        config: configuration word.
-        assigned: ICS numbers of the servos assigned in the board.
-        ad: readings of the AD channels minus their references, in steps.
-        references: of the AD channels, in steps.
-        records: of the servos in the map that are assigned, by ICS number.
-    """
-
-    version: str
-    config: Config
-    assigned: Sequence[int]
-    ad: Sequence[int]
-    references: Sequence[int]
-    records: Mapping[int, ServoRecord]
+    version: str  # of the firmware, as text
+    config: Config  # configuration word
+    assigned: Sequence[int]  # ICS numbers of the servos assigned in the board
+    ad: Sequence[int]  # readings of the AD channels minus their references, in steps
+    references: Sequence[int]  # of the AD channels, in steps
+    records: Mapping[int, ServoRecord]  # of the servos in the map that are assigned, by ICS number
 
     @property
     def battery(self) -> float:

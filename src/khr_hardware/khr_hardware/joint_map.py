@@ -23,21 +23,13 @@ MAPS, DEFAULT = files('khr_hardware') / 'maps', 'khr3hv'
 
 @dataclass(frozen=True)
 class ServoWiring:
-    """A servo and its joint.
+    """A servo and its joint."""
 
-    Attributes:
-        ics: ICS number of the servo.
-        sign: 1 if the counts increase with the joint angle, -1 if they decrease.
-        trim: expected in the board, counts.
-        zero: position at the joint angle 0, counts, without trim.
-        limits: of the joint, rad.
-    """
-
-    ics: int
-    sign: int
-    trim: int
-    zero: int
-    limits: tuple[float, float]
+    ics: int  # ICS number of the servo
+    sign: int  # 1 if the counts increase with the joint angle, -1 if they decrease
+    trim: int  # expected in the board, counts
+    zero: int  # position at the joint angle 0, counts, without trim
+    limits: tuple[float, float]  # of the joint, rad
 
     def counts(self, angle: float) -> int:
         """Return the position nearest to an angle in rad, rounded as the simulated board does."""
@@ -50,17 +42,11 @@ class ServoWiring:
 
 @dataclass(frozen=True)
 class GyroWiring:
-    """The pitch gyro.
+    """The pitch gyro."""
 
-    Attributes:
-        channel: AD port.
-        sign: 1 if the voltage increases with a forward pitch rate, -1 if it decreases.
-        volts_per_rad_s: at the AD port, including the gain of an amplifier.
-    """
-
-    channel: int
-    sign: int
-    volts_per_rad_s: float
+    channel: int  # AD port
+    sign: int  # 1 if the voltage increases with a forward pitch rate, -1 if it decreases
+    volts_per_rad_s: float  # at the AD port, including the gain of an amplifier
 
     @property
     def step(self) -> float:
@@ -78,16 +64,11 @@ class ForceWiring:
 
 @dataclass(frozen=True)
 class JointMap:
-    """The wiring of the robot.
+    """The wiring of the robot."""
 
-    Attributes:
-        servos: of all 17 joints, in their order.
-        gyro: None without a gyro.
-        forces: of the four regions of the feet; empty without force sensors.
-    """
-
-    servos: Mapping[str, ServoWiring]
-    gyro: GyroWiring | None
+    servos: Mapping[str, ServoWiring]  # of all 17 joints, in their order
+    gyro: GyroWiring | None  # None without a gyro
+    # of the four regions of the feet; empty without force sensors
     forces: Mapping[str, ForceWiring]
 
     @classmethod

@@ -82,17 +82,11 @@ def law(servos: Array, constants: Array) -> None:
 
 
 class PositionLoop(NamedTuple):
-    """Gains of the position loop, at the output shaft.
+    """Gains of the position loop, at the output shaft."""
 
-    Attributes:
-        stiffness: N m/rad, (17,).
-        derivative: N m s/rad, (17,).
-        integral: the same for all servos, N m/(rad s).
-    """
-
-    stiffness: Array
-    derivative: Array
-    integral: float
+    stiffness: Array  # N m/rad, (17,)
+    derivative: Array  # N m s/rad, (17,)
+    integral: float  # the same for all servos, N m/(rad s)
 
 
 class Servos:

@@ -31,14 +31,10 @@ SCENARIO, CASE = LABELS = tuple(specifications(Labels))
 
 @dataclass(frozen=True)
 class Axis:
-    """The values of one swept parameter, or the range of its random values.
+    """The values of one swept parameter, or the range of its random values."""
 
-    Attributes:
-        values: listed values; empty for a range.
-        low, high: inclusive bounds of a range.
-    """
-
-    values: tuple[Any, ...] = ()
+    values: tuple[Any, ...] = ()  # listed values; empty for a range
+    # low, high: inclusive bounds of a range
     low: float = 0.0
     high: float = 0.0
 

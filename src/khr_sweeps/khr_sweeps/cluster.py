@@ -25,18 +25,13 @@ CREDENTIALS = 'ca.pem', 'cert.pem', 'key.pem'
 class Scheduler:
     """A Dask scheduler and the protection of its connections.
 
-    Attributes:
-        address: ``tls://HOST:PORT``, or ``tcp://HOST:PORT`` without TLS.
-        tls: folder of the credentials; None without TLS.
-        unauthenticated: whether a scheduler without TLS is accepted.
-
     Raises:
         KhrError: if the address does not fit, or a credential is missing or open to other users.
     """
 
-    address: str
-    tls: Path | None = None
-    unauthenticated: bool = False
+    address: str  # tls://HOST:PORT, or tcp://HOST:PORT without TLS
+    tls: Path | None = None  # folder of the credentials; None without TLS
+    unauthenticated: bool = False  # whether a scheduler without TLS is accepted
 
     def __post_init__(self) -> None:
         if self.tls is None and not self.unauthenticated:

@@ -22,32 +22,20 @@ Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep: every combination of the axes, or random draws from them, each with every seed.
+    """A sweep: every combination of the axes, or random draws from them, each with every seed."""
 
-    Attributes:
-        file: its source, for error messages.
-        name: the stem of its file.
-        title: the first comment line of its file.
-        scenarios: by name.
-        cases: sets of values by label; empty without cases.
-        axes: by ``node.parameter``. Before them are ``scenario`` and ``case`` if there are
-            several, which are combined with every draw of the others.
-        samples: number of random draws; None for a grid.
-        seeds: number of seeds; None for the seed of the scenario.
-        keep: whether the signals of each run are kept.
-        bisect: the axis to bisect; '' if every value is run.
-    """
-
-    file: str
-    name: str
-    title: str
-    scenarios: dict[str, Scenario]
-    cases: Cases
+    file: str  # its source, for error messages
+    name: str  # the stem of its file
+    title: str  # the first comment line of its file
+    scenarios: dict[str, Scenario]  # by name
+    cases: Cases  # sets of values by label; empty without cases
+    # by node.parameter. Before them are scenario and case if there are several, which are combined
+    # with every draw of the others.
     axes: dict[str, Axis]
-    samples: int | None
-    seeds: int | None
-    keep: bool
-    bisect: str = ''
+    samples: int | None  # number of random draws; None for a grid
+    seeds: int | None  # number of seeds; None for the seed of the scenario
+    keep: bool  # whether the signals of each run are kept
+    bisect: str = ''  # the axis to bisect; '' if every value is run
 
     @property
     def count(self) -> int:

@@ -41,26 +41,17 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Trial:
-    """One point of a sweep with one seed.
+    """One point of a sweep with one seed."""
 
-    Attributes:
-        run: digest of all parameters, with defaults, and of the version of the code.
-        id: digest that includes the labels of the sweep: two cases with equal parameters are two
-            trials of one run.
-        point: the swept values by axis.
-        seed: None for the seed of the scenario.
-        scenario: to run.
-        version: of the code that planned the trial.
-        keep: whether the signals are kept.
-    """
-
-    run: str
+    run: str  # digest of all parameters, with defaults, and of the version of the code
+    # digest that includes the labels of the sweep: two cases with equal parameters are two trials
+    # of one run
     id: str
-    point: dict[str, Any]
-    seed: int | None
-    scenario: Scenario
-    version: str
-    keep: bool = False
+    point: dict[str, Any]  # the swept values by axis
+    seed: int | None  # None for the seed of the scenario
+    scenario: Scenario  # to run
+    version: str  # of the code that planned the trial
+    keep: bool = False  # whether the signals are kept
 
 
 def complete(scenario: Scenario) -> Values:

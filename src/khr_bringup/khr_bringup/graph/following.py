@@ -34,22 +34,16 @@ LAST_WORDS = 4.0  # s of wall time for the outcome of a run that was interrupted
 
 @dataclass(frozen=True)
 class Callbacks:
-    """Functions that a run calls.
+    """Functions that a run calls."""
 
-    Attributes:
-        started: called with the entry of a graph before its nodes start.
-        progress: called many times a second.
-        observed: context manager entered while ROS is up, such as the observer of the page.
-        finish: returns True to end the graph now.
-        interrupted: called when a signal has ended the graph.
-        switch: handles a request for another scenario; None if requests are not served.
-    """
-
+    # called with the entry of a graph before its nodes start
     started: Callable[[RunEntry], None] = lambda _: None
-    progress: Callable[[Progress], None] = lambda _: None
+    progress: Callable[[Progress], None] = lambda _: None  # called many times a second
+    # context manager entered while ROS is up, such as the observer of the page
     observed: Callable[[], AbstractContextManager[object]] = nullcontext
-    finish: Callable[[], bool] = lambda: False
-    interrupted: Callable[[], None] = lambda: None
+    finish: Callable[[], bool] = lambda: False  # returns True to end the graph now
+    interrupted: Callable[[], None] = lambda: None  # called when a signal has ended the graph
+    # handles a request for another scenario; None if requests are not served
     switch: Callable[[str, str], None] | None = None
 
 

@@ -31,25 +31,15 @@ LEAST_MEMORY = 2**31  # bytes of address space; a process of a run takes about 1
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How to run a scenario.
+    """How to run a scenario."""
 
-    Attributes:
-        offline: without ROS.
-        one_process: all nodes in one process instead of one each.
-        record: whether to write a bag.
-        domain: of ROS; a free one by default.
-        network: whether other machines may join.
-        stay: whether the graph stays until it is interrupted.
-        driver_parameters: file for the executable that drives, if one does.
-    """
-
-    offline: bool = False
-    one_process: bool = False
-    record: bool = True
-    domain: int | None = None
-    network: bool = False
-    stay: bool = False
-    driver_parameters: Path | None = None
+    offline: bool = False  # without ROS
+    one_process: bool = False  # all nodes in one process instead of one each
+    record: bool = True  # whether to write a bag
+    domain: int | None = None  # of ROS; a free one by default
+    network: bool = False  # whether other machines may join
+    stay: bool = False  # whether the graph stays until it is interrupted
+    driver_parameters: Path | None = None  # file for the executable that drives, if one does
 
 
 def run_graph(

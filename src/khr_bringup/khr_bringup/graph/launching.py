@@ -49,25 +49,15 @@ SHORT = ('duration', 'sync', 'realtime_factor', 'seed')
 
 @dataclass(frozen=True)
 class Launch:
-    """A launch that is ready to start.
+    """A launch that is ready to start."""
 
-    Attributes:
-        scenario: of the run.
-        wiring: of the run.
-        folder: of the run.
-        parameters: the parameter files of all nodes.
-        nodes: package and name of each.
-        rviz: whether to show the robot.
-        driver_parameters: a parameter file for the driver, if one is given.
-    """
-
-    scenario: Scenario
-    wiring: Wiring
-    folder: Path
-    parameters: tuple[Path, ...]
-    nodes: tuple[tuple[str, str], ...]
-    rviz: bool
-    driver_parameters: Path | None
+    scenario: Scenario  # of the run
+    wiring: Wiring  # of the run
+    folder: Path  # of the run
+    parameters: tuple[Path, ...]  # the parameter files of all nodes
+    nodes: tuple[tuple[str, str], ...]  # package and name of each
+    rviz: bool  # whether to show the robot
+    driver_parameters: Path | None  # a parameter file for the driver, if one is given
 
 
 def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:

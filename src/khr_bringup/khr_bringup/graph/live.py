@@ -24,18 +24,13 @@ PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
 
 @dataclass(frozen=True)
 class LiveParameter:
-    """A parameter of a running node.
+    """A parameter of a running node."""
 
-    Attributes:
-        name, value: of the parameter.
-        meaning: with its unit and accepted values, from the descriptor.
-        fixed: whether it cannot change while the node runs.
-    """
-
+    # name, value: of the parameter
     name: str
     value: Any
-    meaning: str
-    fixed: bool = False
+    meaning: str  # with its unit and accepted values, from the descriptor
+    fixed: bool = False  # whether it cannot change while the node runs
 
     @property
     def as_yaml(self) -> str:

@@ -40,30 +40,18 @@ _FLOCK = struct.Struct('hhqqi')  # struct flock of fcntl(2): type, whence, start
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A run that is going on.
+    """A run that is going on."""
 
-    Attributes:
-        domain: ROS domain.
-        pid: of the command.
-        scenario: its name.
-        folder: of its results.
-        network: whether other machines may take part.
-        run: identity of the run: messages of another one are refused.
-        place: working folder of the command.
-        since: when it was started, s since 1970.
-        state: as its progress reports it.
-        locks: file descriptors that hold the domain; whoever inherits them holds it too.
-    """
-
-    domain: int
-    pid: int
+    domain: int  # ROS domain
+    pid: int  # of the command
     scenario: str
-    folder: str
-    network: bool = False
-    run: str = ''
-    place: str = ''
-    since: float = 0.0
-    state: str = 'starting'
+    folder: str  # of its results
+    network: bool = False  # whether other machines may take part
+    run: str = ''  # identity of the run: messages of another one are refused
+    place: str = ''  # working folder of the command
+    since: float = 0.0  # when it was started, s since 1970
+    state: str = 'starting'  # as its progress reports it
+    # file descriptors that hold the domain; whoever inherits them holds it too
     locks: tuple[int, ...] = field(default=(), compare=False)
 
     @property

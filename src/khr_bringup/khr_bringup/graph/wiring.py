@@ -36,13 +36,9 @@ def nodes_of(scenario: Scenario, record: bool) -> list[str]:
 
 @dataclass(frozen=True)
 class Wiring:
-    """The wiring of one run.
+    """The wiring of one run."""
 
-    Attributes:
-        values: parameters by node and name.
-    """
-
-    values: Values
+    values: Values  # parameters by node and name
 
     @staticmethod
     def derive(

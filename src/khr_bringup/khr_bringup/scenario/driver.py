@@ -38,18 +38,13 @@ SIMULATOR, TRUTH = 'simulator', 'ground_truth/'  # the node, and the prefix of i
 
 @dataclass(frozen=True)
 class Driver:
-    """A driver in the place of the simulator.
+    """A driver in the place of the simulator."""
 
-    Attributes:
-        package, name: of its executable; the name also is its node's if it is registered.
-        publishes: its topics.
-        path: of the executable; None for a registered node.
-    """
-
+    # package, name: of its executable; the name also is its node's if it is registered
     package: str
     name: str
-    publishes: tuple[Topic, ...] = OF_BOARD
-    path: Path | None = None
+    publishes: tuple[Topic, ...] = OF_BOARD  # its topics
+    path: Path | None = None  # of the executable; None for a registered node
 
     @property
     def label(self) -> str:

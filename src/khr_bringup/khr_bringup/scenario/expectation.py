@@ -22,15 +22,10 @@ MEANING = (
 
 @dataclass(frozen=True)
 class Expectation:
-    """The expected result of a run; by default anything is accepted.
+    """The expected result of a run; by default anything is accepted."""
 
-    Attributes:
-        verdict: of the monitor; empty if any is.
-        realtime: whether the run must keep up with real time.
-    """
-
-    verdict: str = ''
-    realtime: bool = False
+    verdict: str = ''  # of the monitor; empty if any is
+    realtime: bool = False  # whether the run must keep up with real time
 
     @staticmethod
     def parse(text: str, option: str, scenario: Scenario, offline: bool = False) -> Expectation:

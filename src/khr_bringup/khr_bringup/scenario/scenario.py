@@ -36,19 +36,12 @@ Table = TypeVar('Table')
 
 @dataclass(frozen=True)
 class Scenario:
-    """The parameters of every node of a run.
+    """The parameters of every node of a run."""
 
-    Attributes:
-        name: the stem of its file.
-        values: stated parameters, by node and key; the rest are defaults.
-        title: the first comment line of its file, and changes from the command line.
-        driver: in the simulator's place; None for the simulator.
-    """
-
-    name: str
-    values: Values
-    title: str = ''
-    driver: Driver | None = None
+    name: str  # the stem of its file
+    values: Values  # stated parameters, by node and key; the rest are defaults
+    title: str = ''  # the first comment line of its file, and changes from the command line
+    driver: Driver | None = None  # in the simulator's place; None for the simulator
 
     def table(self, table: type[Table]) -> Table:
         """Build the parameter table of the node that it belongs to.

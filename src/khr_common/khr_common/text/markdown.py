@@ -24,15 +24,10 @@ def table_of(rows: Sequence[Mapping[str, str]]) -> str:
 
 @dataclass(frozen=True)
 class WrittenPart:
-    """The part of a document that a module writes, between two markers.
+    """The part of a document that a module writes, between two markers."""
 
-    Attributes:
-        command: that writes it: the module, and the document as its one argument.
-        render: returns the part.
-    """
-
-    command: str
-    render: Callable[[], str]
+    command: str  # that writes it: the module, and the document as its one argument
+    render: Callable[[], str]  # returns the part
 
     @property
     def markers(self) -> tuple[str, str]:

@@ -81,12 +81,9 @@ class Splitter:
 
     Bytes that do not begin a frame are dropped one by one, so that the next complete frame is
     always found.
-
-    Attributes:
-        dropped: number of dropped bytes.
     """
 
-    dropped: int = 0
+    dropped: int = 0  # number of dropped bytes
     _held: bytearray = field(default_factory=bytearray)
 
     def feed(self, data: bytes) -> list[Packet]:

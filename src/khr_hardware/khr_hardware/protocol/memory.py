@@ -90,15 +90,10 @@ class Config:
 
 @dataclass(frozen=True)
 class Mixing:
-    """One of the two inputs that the board adds to a servo's position in each output cycle.
+    """One of the two inputs that the board adds to a servo's position in each output cycle."""
 
-    Attributes:
-        source: the word of the record: RAM address, or ICS number and offset.
-        ratio: byte of the record: sign in bit 7, factor in the others.
-    """
-
-    source: int = NO_SOURCE
-    ratio: int = 0
+    source: int = NO_SOURCE  # the word of the record: RAM address, or ICS number and offset
+    ratio: int = 0  # byte of the record: sign in bit 7, factor in the others
 
     @classmethod
     def of_ad(cls, channel: int, factor: int) -> Mixing:

@@ -49,23 +49,17 @@ class _NotAcceptedError(Exception):
 
 @dataclass(frozen=True)
 class PowerOnSettings:
-    """Settings of the project in a board's ROM at power-on.
+    """Settings of the project in a board's ROM at power-on."""
 
-    Attributes:
-        config: configuration word; by default the maker's project for the KHR-3HV with the ROM
-            program off, because it is not modelled.
-        trims: of the assigned servos, by ICS number.
-        ad_references: by AD channel, in steps.
-        mixing_delay: output cycles between the conversion of an AD channel and the position with
-            its mixing (unconfirmed).
-        version: of the firmware, 32 bytes.
-    """
-
-    trims: Mapping[int, int]
+    trims: Mapping[int, int]  # of the assigned servos, by ICS number
+    # configuration word; by default the maker's project for the KHR-3HV with the ROM program off,
+    # because it is not modelled
     config: int = 0x8091
-    ad_references: Mapping[int, int] | None = None
+    ad_references: Mapping[int, int] | None = None  # by AD channel, in steps
+    # output cycles between the conversion of an AD channel and the position with its mixing
+    # (unconfirmed)
     mixing_delay: int = 1
-    version: bytes = memory.VERSION
+    version: bytes = memory.VERSION  # of the firmware, 32 bytes
 
 
 class VirtualBoard:

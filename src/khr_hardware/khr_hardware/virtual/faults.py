@@ -15,19 +15,12 @@ BROWNOUT = 0.5  # s without a reply during the loss of supply
 
 @dataclass(frozen=True)
 class Fault:
-    """A series of faults.
+    """A series of faults."""
 
-    Attributes:
-        kind: one of KINDS; ``brownout`` restarts the board, which frees its servos.
-        start: time after power-on, s.
-        count: number of affected replies.
-        duration: delay of a late reply, or duration of the silence, s.
-    """
-
-    kind: str
-    start: float = 0.0
-    count: int = 1
-    duration: float = 0.05
+    kind: str  # one of KINDS; brownout restarts the board, which frees its servos
+    start: float = 0.0  # time after power-on, s
+    count: int = 1  # number of affected replies
+    duration: float = 0.05  # delay of a late reply, or duration of the silence, s
 
     @classmethod
     def parse(cls, text: str) -> Fault:

@@ -31,15 +31,10 @@ _UNSET = 9600  # baud, before a client sets a rate
 
 @dataclass(frozen=True)
 class Wire:
-    """Delays of a real line and board.
+    """Delays of a real line and board."""
 
-    Attributes:
-        reply: processing time of the board, s, measured by others on an RCB-4mini.
-        byte: additional time for each byte that is read, s.
-    """
-
-    reply: float = 0.72e-3
-    byte: float = 54e-6
+    reply: float = 0.72e-3  # processing time of the board, s, measured by others on an RCB-4mini
+    byte: float = 54e-6  # additional time for each byte that is read, s
 
     def time(self, request: Packet, reply: Packet, baud: int) -> float:
         """Return the time from the first byte of a command to the last byte of its reply, s."""

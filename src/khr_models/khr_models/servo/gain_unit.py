@@ -21,15 +21,10 @@ from khr_models.servo.servo_loop import gain_of_board
 
 @dataclass(frozen=True)
 class PublishedLoop:
-    """Two gains of a loop and its frequencies there.
+    """Two gains of a loop and its frequencies there."""
 
-    Attributes:
-        gains: board settings K, rising.
-        frequencies: Hz, rising.
-    """
-
-    gains: tuple[float, float]
-    frequencies: tuple[float, float]
+    gains: tuple[float, float]  # board settings K, rising
+    frequencies: tuple[float, float]  # Hz, rising
 
     def __post_init__(self) -> None:
         _check_rising('gains', self.gains)
@@ -39,21 +34,13 @@ class PublishedLoop:
 
 @dataclass(frozen=True)
 class LoopSolution:
-    """A loop that has both published frequencies.
+    """A loop that has both published frequencies."""
 
-    Attributes:
-        natural_frequency: f_n, Hz.
-        damping_ratio: zeta_0, without feedback.
-        critical_gain: board setting K at which the damping is zero.
-        damping_time: B/K of the servo, s.
-        gain_unit: multiple of the board's nominal gain, 0.00463 s at K = 1.
-    """
-
-    natural_frequency: float
-    damping_ratio: float
-    critical_gain: float
-    damping_time: float
-    gain_unit: float
+    natural_frequency: float  # f_n, Hz
+    damping_ratio: float  # zeta_0, without feedback
+    critical_gain: float  # board setting K at which the damping is zero
+    damping_time: float  # B/K of the servo, s
+    gain_unit: float  # multiple of the board's nominal gain, 0.00463 s at K = 1
 
     def damping_ratio_at(self, gain: float) -> float:
         """Return zeta at a board setting; negative beyond the critical gain (5.4)."""

@@ -33,19 +33,12 @@ Modes = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Bodies above a fixed foot, in the posture in which they rest.
+    """Bodies above a fixed foot, in the posture in which they rest."""
 
-    Attributes:
-        joints: places of the joints, ahead of and above the first, m, (n, 2).
-        masses: of the body above each joint, kg, (n,).
-        centres: of those masses, m, (n, 2).
-        inertias: about those centres, kg m^2, (n,).
-    """
-
-    joints: Array
-    masses: Array
-    centres: Array
-    inertias: Array
+    joints: Array  # places of the joints, ahead of and above the first, m, (n, 2)
+    masses: Array  # of the body above each joint, kg, (n,)
+    centres: Array  # of those masses, m, (n, 2)
+    inertias: Array  # about those centres, kg m^2, (n,)
 
     def __post_init__(self) -> None:
         count = len(self.masses)
@@ -87,46 +80,30 @@ class Chain:
 
 @dataclass(frozen=True, eq=False)
 class JointServos:
-    """The servos of a chain, from the ankle upward; of two legs the sums.
+    """The servos of a chain, from the ankle upward; of two legs the sums."""
 
-    Attributes:
-        stiffness: of the position loops, N m/rad, (n,).
-        gear_stiffness, gear_damping: between rotor and link, N m/rad and N m s/rad, (n,).
-        rotor_inertia: kg m^2, (n,).
-        back_emf: braking torque per rotor speed, N m s/rad, (n,).
-    """
-
-    stiffness: Array
+    stiffness: Array  # of the position loops, N m/rad, (n,)
+    # gear_stiffness, gear_damping: between rotor and link, N m/rad and N m s/rad, (n,)
     gear_stiffness: Array
     gear_damping: Array
-    rotor_inertia: Array
-    back_emf: Array
+    rotor_inertia: Array  # kg m^2, (n,)
+    back_emf: Array  # braking torque per rotor speed, N m s/rad, (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class StandingLoop:
-    """A standing robot with both loops.
+    """A standing robot with both loops."""
 
-    Attributes:
-        chain, servos: the robot.
-        lever: of the points under toe and heel, p, m.
-        ankle_gain: rad per N of Delta.
-        hip_gain: rad per rad/s.
-        force_time: time constant of the force sensors, s.
-        gyro_time: that of the gyro, s.
-        period: of the board, s.
-        delay: periods between a sample and the motion that answers it, 0 or 1.
-    """
-
+    # chain, servos: the robot
     chain: Chain
     servos: JointServos
-    lever: float
-    ankle_gain: float
-    hip_gain: float
-    force_time: float
-    gyro_time: float
-    period: float = 0.015
-    delay: int = 1
+    lever: float  # of the points under toe and heel, p, m
+    ankle_gain: float  # rad per N of Delta
+    hip_gain: float  # rad per rad/s
+    force_time: float  # time constant of the force sensors, s
+    gyro_time: float  # that of the gyro, s
+    period: float = 0.015  # of the board, s
+    delay: int = 1  # periods between a sample and the motion that answers it, 0 or 1
 
     def __post_init__(self) -> None:
         positive('lever', self.lever)

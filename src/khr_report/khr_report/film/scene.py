@@ -40,21 +40,16 @@ AHEAD = 0.02  # m, of the feet
 
 @dataclass(frozen=True)
 class Look:
-    """How a film looks.
+    """How a film looks."""
 
-    Attributes:
-        width, height: px.
-        rate: frames per simulated second.
-        yaw, pitch: of the camera, rad; across the slope, so that its angle shows undistorted.
-        distance: from the robot, m.
-    """
-
+    # width, height: px
     width: int = 960
     height: int = 720
-    rate: float = 25.0
+    rate: float = 25.0  # frames per simulated second
+    # yaw, pitch: of the camera, rad; across the slope, so that its angle shows undistorted
     yaw: float = pi / 2.0
     pitch: float = -0.1
-    distance: float = 1.15
+    distance: float = 1.15  # from the robot, m
 
     def camera(self, truth: GroundTruth) -> Camera:
         """Return the camera at a sample; it follows the feet, because the torso swings."""
@@ -124,19 +119,13 @@ def frames(
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A run to film.
+    """A run to film."""
 
-    Attributes:
-        scenario: as it began.
-        length: s.
-        frames: returns all samples; called with a callback that takes the time of each, s.
-        changes: of parameters while it ran.
-    """
-
-    scenario: Scenario
-    length: float
+    scenario: Scenario  # as it began
+    length: float  # s
+    # returns all samples; called with a callback that takes the time of each, s
     frames: Callable[[Callable[[float], None]], list[Frame]]
-    changes: tuple[Change, ...] = ()
+    changes: tuple[Change, ...] = ()  # of parameters while it ran
 
 
 def source_of(run: str) -> Source:

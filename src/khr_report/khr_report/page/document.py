@@ -17,15 +17,10 @@ Item = TypeVar('Item')
 
 @dataclass(frozen=True)
 class Verdict:
-    """A cell that says whether a row agrees with the thesis.
+    """A cell that says whether a row agrees with the thesis."""
 
-    Attributes:
-        passed: None without a published number, or if it is undecided.
-        undecided: whether the uncertainty leaves it open.
-    """
-
-    passed: bool | None
-    undecided: bool = False
+    passed: bool | None  # None without a published number, or if it is undecided
+    undecided: bool = False  # whether the uncertainty leaves it open
 
     def __str__(self) -> str:
         if self.undecided:

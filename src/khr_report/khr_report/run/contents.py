@@ -29,31 +29,19 @@ Part = TypeVar('Part')
 
 @dataclass
 class RunContents:
-    """The parts of a run that could be read.
+    """The parts of a run that could be read."""
 
-    Attributes:
-        name: of its folder.
-        folder: of the run.
-        scenario: as it ran.
-        record: the outcome.
-        series: the signals.
-        changes: parameters that were set while it ran.
-        pushes: number of pushes received over the topic.
-        version: of the code; empty if the run did not record it.
-        made_with: the arithmetic, and versions of Python and the libraries; empty likewise.
-        notes: on the parts that are missing, a line each.
-    """
-
-    name: str
-    folder: Path
-    scenario: Scenario | None = None
-    record: RunRecord | None = None
-    series: Series | None = None
-    changes: tuple[Change, ...] = ()
-    pushes: int = 0
-    version: str = ''
+    name: str  # of its folder
+    folder: Path  # of the run
+    scenario: Scenario | None = None  # as it ran
+    record: RunRecord | None = None  # the outcome
+    series: Series | None = None  # the signals
+    changes: tuple[Change, ...] = ()  # parameters that were set while it ran
+    pushes: int = 0  # number of pushes received over the topic
+    version: str = ''  # of the code; empty if the run did not record it
+    # the arithmetic, and versions of Python and the libraries; empty likewise
     made_with: dict[str, str] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # on the parts that are missing, a line each
 
     @property
     def parameters(self) -> Scenario:

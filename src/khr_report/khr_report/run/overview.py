@@ -47,20 +47,14 @@ RANGE_DB = 40.0  # of the colours of a spectrogram
 
 @dataclass(frozen=True)
 class Signal:
-    """A line over time; signals of a group have the same unit and may share a panel.
+    """A line over time; signals of a group have the same unit and may share a panel."""
 
-    Attributes:
-        group, name: of the panel, and of the line in it.
-        unit: label of the axis.
-        values: returns the values of a run, (N,).
-        moving: whether to omit the signal if it is constant.
-    """
-
+    # group, name: of the panel, and of the line in it
     group: str
     name: str
-    unit: str
-    values: Callable[[Series], Array]
-    moving: bool = False
+    unit: str  # label of the axis
+    values: Callable[[Series], Array]  # returns the values of a run, (N,)
+    moving: bool = False  # whether to omit the signal if it is constant
 
     def silent(self, series: Series) -> bool:
         """Return whether the signal of a run is zero or unknown throughout."""

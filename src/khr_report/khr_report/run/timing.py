@@ -18,15 +18,10 @@ EVENTS_NAMED = 9
 
 @dataclass(frozen=True)
 class Timing:
-    """What all panels over time share.
+    """What all panels over time share."""
 
-    Attributes:
-        gait: whose swings of the feet are shaded.
-        events: changes of parameters and falls.
-    """
-
-    gait: GaitParameters | None = None
-    events: Sequence[Event] = ()
+    gait: GaitParameters | None = None  # whose swings of the feet are shaded
+    events: Sequence[Event] = ()  # changes of parameters and falls
 
     def draw(self, axes: Sequence[Axes]) -> None:
         """Shade the swings and mark the events; the top panel names them."""

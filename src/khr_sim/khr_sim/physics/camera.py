@@ -17,35 +17,23 @@ SUN = (-0.25, -0.5, 2.0)  # direction to the light, in odom; shadows fall to the
 
 
 class Picture(NamedTuple):
-    """A rendered image.
+    """A rendered image."""
 
-    Attributes:
-        colors: RGB, (height, width, 3).
-        slope: mask of the pixels that show the slope, (height, width).
-    """
-
-    colors: NDArray[np.uint8]
-    slope: NDArray[np.bool_]
+    colors: NDArray[np.uint8]  # RGB, (height, width, 3)
+    slope: NDArray[np.bool_]  # mask of the pixels that show the slope, (height, width)
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Pose and image size of a camera.
+    """Pose and image size of a camera."""
 
-    Attributes:
-        width, height: of the image, px.
-        target: point in the image centre, m in odom.
-        yaw: viewing direction, rad about z from +x; 0 looks at the back of the robot.
-        pitch: rad; negative looks down.
-        distance: from the target to the camera, m.
-    """
-
+    # width, height: of the image, px
     width: int
     height: int
-    target: Vector
-    yaw: float = -0.9
-    pitch: float = -0.25
-    distance: float = 1.0
+    target: Vector  # point in the image centre, m in odom
+    yaw: float = -0.9  # viewing direction, rad about z from +x; 0 looks at the back of the robot
+    pitch: float = -0.25  # rad; negative looks down
+    distance: float = 1.0  # from the target to the camera, m
 
     def view(self) -> Array:
         """Return the transform from odom to the camera's frame (x right, y up), (4, 4)."""

@@ -27,41 +27,28 @@ SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATI
 
 @dataclass(frozen=True, eq=False)
 class GroundTruth:
-    """State at the end of control period k, in SI units; odom has z upward, base_link is the torso.
+    """State at the end of control period k, SI units; odom has z upward, base_link is the torso."""
 
-    Attributes:
-        step: physics steps since the reset.
-        stamp_ns: simulated time, ns.
-        inclination: of the ground, rad.
-        position: origin of base_link in odom, m, (3,).
-        orientation: of base_link in odom, quaternion x y z w, (4,).
-        linear_velocity: of the origin of base_link, in odom, m/s, (3,).
-        angular_velocity: of base_link, in odom, rad/s, (3,).
-        joint_position, joint_velocity: rad and rad/s, (17,).
-        joint_effort: torques of the last physics step, N m, (17,).
-        mean_angular_velocity: over the last control period, in imu_link, rad/s, (3,): the
-            rotation vector of the period by its length, zero at the reset. This is the input of
-            the gyro; ``angular_velocity`` is the value at the timestamp.
-        contact_force: mean over the last control period, N, rows l_toe, l_heel, r_toe, r_heel,
-            each in its own frame, z normal to the sole, (4, 3). Zero at the reset.
-        sole_position: of l_sole and r_sole in odom, m, (2, 3).
-        sole_orientation: of l_sole and r_sole in odom, quaternions x y z w, (2, 4).
-    """
-
-    step: int
-    stamp_ns: int
-    inclination: float
-    position: Array
-    orientation: Array
-    linear_velocity: Array
-    angular_velocity: Array
+    step: int  # physics steps since the reset
+    stamp_ns: int  # simulated time, ns
+    inclination: float  # of the ground, rad
+    position: Array  # origin of base_link in odom, m, (3,)
+    orientation: Array  # of base_link in odom, quaternion x y z w, (4,)
+    linear_velocity: Array  # of the origin of base_link, in odom, m/s, (3,)
+    angular_velocity: Array  # of base_link, in odom, rad/s, (3,)
+    # joint_position, joint_velocity: rad and rad/s, (17,)
     joint_position: Array
     joint_velocity: Array
-    joint_effort: Array
+    joint_effort: Array  # torques of the last physics step, N m, (17,)
+    # over the last control period, in imu_link, rad/s, (3,): the rotation vector of the period by
+    # its length, zero at the reset. This is the input of the gyro; angular_velocity is the value
+    # at the timestamp.
     mean_angular_velocity: Array
+    # mean over the last control period, N, rows l_toe, l_heel, r_toe, r_heel, each in its own
+    # frame, z normal to the sole, (4, 3). Zero at the reset.
     contact_force: Array
-    sole_position: Array
-    sole_orientation: Array
+    sole_position: Array  # of l_sole and r_sole in odom, m, (2, 3)
+    sole_orientation: Array  # of l_sole and r_sole in odom, quaternions x y z w, (2, 4)
 
     @classmethod
     def of_signals(cls, step: int, stamp_ns: int, signals: Mapping[Topic, Numbers]) -> GroundTruth:

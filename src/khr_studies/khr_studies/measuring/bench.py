@@ -152,24 +152,15 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
 
 @dataclass(eq=False)
 class Bench:
-    """Measurements by a pool of processes; no job is submitted twice.
+    """Measurements by a pool of processes; no job is submitted twice."""
 
-    Attributes:
-        pool: computes the measurements.
-        seeds: number of seeds of each measurement.
-        tolerance: of each bisection, deg.
-        curve: inclinations of the curve Delta(phi) of stage 1, deg.
-        spread: lowest and highest limit of the robots of the ensemble, deg, by the title of the
-            condition.
-        settings: further changes of every condition, for example the physics engine.
-    """
-
-    pool: Pool
-    seeds: int
-    tolerance: float
-    curve: tuple[float, ...] = STAGE_1_GRID
+    pool: Pool  # computes the measurements
+    seeds: int  # number of seeds of each measurement
+    tolerance: float  # of each bisection, deg
+    curve: tuple[float, ...] = STAGE_1_GRID  # inclinations of the curve Delta(phi) of stage 1, deg
+    # lowest and highest limit of the robots of the ensemble, deg, by the title of the condition
     spread: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    settings: Changes = ()
+    settings: Changes = ()  # further changes of every condition, for example the physics engine
 
     def __post_init__(self) -> None:
         self._jobs: dict[tuple[Any, ...], Future[Any]] = {}  # by function and arguments

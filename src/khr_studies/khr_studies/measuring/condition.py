@@ -39,22 +39,15 @@ def stiffer_pid(factor: float) -> Changes:
 
 @dataclass(frozen=True)
 class Condition:
-    """Motion, surface and gains of a run; inclination and seed come with each run.
+    """Motion, surface and gains of a run; inclination and seed come with each run."""
 
-    Attributes:
-        motion: ``walk``, or ``leg_lift`` on the force-sensor pads.
-        ankle_gain, hip_gain: K_A and K_H in units of the board; 0 switches the control off.
-        surface: under a walk; a leg lift is always on the pads.
-        changes: further parameters by (node, key).
-        uphill: whether the robot faces uphill and so falls backward.
-    """
-
-    motion: str = 'walk'
+    motion: str = 'walk'  # walk, or leg_lift on the force-sensor pads
+    # ankle_gain, hip_gain: K_A and K_H in units of the board; 0 switches the control off
     ankle_gain: float = 0.0
     hip_gain: float = 0.0
-    surface: str = 'smooth'
-    changes: Changes = ()
-    uphill: bool = False
+    surface: str = 'smooth'  # under a walk; a leg lift is always on the pads
+    changes: Changes = ()  # further parameters by (node, key)
+    uphill: bool = False  # whether the robot faces uphill and so falls backward
 
     @property
     def title(self) -> str:

@@ -21,15 +21,10 @@ SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
 
 @dataclass(frozen=True)
 class Member:
-    """A robot that fits the data.
+    """A robot that fits the data."""
 
-    Attributes:
-        constants: those that differ between robots, by ``node.key``.
-        limits_deg: critical inclinations by the title of the condition.
-    """
-
-    constants: dict[str, Any]
-    limits_deg: dict[str, float]
+    constants: dict[str, Any]  # those that differ between robots, by node.key
+    limits_deg: dict[str, float]  # critical inclinations by the title of the condition
 
 
 def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:

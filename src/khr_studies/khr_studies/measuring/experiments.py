@@ -35,21 +35,13 @@ Item = TypeVar('Item')
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One finished run of an experiment.
+    """One finished run of an experiment."""
 
-    Attributes:
-        point: the swept values: ``scenario``, ``case``, ``node.parameter``.
-        seed: None if the experiment does not set the seed of the scenario.
-        row: results by column of RESULTS.
-        scenario: with all swept values.
-        kept: file of the signals.
-    """
-
-    point: dict[str, Any]
-    seed: int | None
-    row: dict[str, Any]
-    scenario: Scenario
-    kept: Path
+    point: dict[str, Any]  # the swept values: scenario, case, node.parameter
+    seed: int | None  # None if the experiment does not set the seed of the scenario
+    row: dict[str, Any]  # results by column of RESULTS
+    scenario: Scenario  # with all swept values
+    kept: Path  # file of the signals
 
     @property
     def fell(self) -> bool:

@@ -37,28 +37,18 @@ PHASES_SEED = 3  # of the phases of the multisine
 
 
 class Margin(NamedTuple):
-    """The edge of stability of a loop.
+    """The edge of stability of a loop."""
 
-    Attributes:
-        gain: critical K, in units of the board.
-        frequency: of the oscillation at that gain, Hz.
-    """
-
-    gain: float
-    frequency: float
+    gain: float  # critical K, in units of the board
+    frequency: float  # of the oscillation at that gain, Hz
 
 
 @dataclass(frozen=True, eq=False)
 class OpenLoop:
-    """The open loop of a controller at gain K = 1.
+    """The open loop of a controller at gain K = 1."""
 
-    Attributes:
-        frequency: Hz, (N,).
-        response: complex gain of the loop, (N,).
-    """
-
-    frequency: NDArray[np.float64]
-    response: NDArray[np.complex128]
+    frequency: NDArray[np.float64]  # Hz, (N,)
+    response: NDArray[np.complex128]  # complex gain of the loop, (N,)
 
     @property
     def smoothed(self) -> NDArray[np.complex128]:

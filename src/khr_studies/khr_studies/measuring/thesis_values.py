@@ -61,63 +61,37 @@ class ThesisLimit:
 
 @dataclass(frozen=True)
 class ThesisWalk:
-    """One statement on a walk of chapter 5.
+    """One statement on a walk of chapter 5."""
 
-    Attributes:
-        inclination_deg, condition: of the walk.
-        thesis: the statement in words.
-        source: figure or section of the thesis.
-        survives: whether the robot walked to the end; None if it may be lost.
-        slips: whether it slipped; None if not stated.
-        vibrates: whether it vibrated; None if not stated.
-        lines: published peaks of Gait-3, Hz, each a range.
-        either: whether one of these peaks is enough.
-        dominant: whether the first of them was the largest.
-        single: whether no other peak was near its amplitude.
-        gone: peaks of gentler slopes that disappeared, Hz.
-        alike: whether cycles were alike from the third on.
-        dominated: whether vibration dominated the motion.
-        slid_first: whether the lost robot slid before it tipped.
-        fitted: whether the calibration used it.
-    """
-
+    # inclination_deg, condition: of the walk
     inclination_deg: float
     condition: Condition
-    thesis: str
-    source: str = ''
-    survives: bool | None = True
-    slips: bool | None = None
-    vibrates: bool | None = None
-    lines: tuple[tuple[float, float], ...] = ()
-    either: bool = False
-    dominant: bool = False
-    single: bool = False
-    gone: tuple[tuple[float, float], ...] = ()
-    alike: bool = False
-    dominated: bool = False
-    slid_first: bool = False
-    fitted: bool = False
+    thesis: str  # the statement in words
+    source: str = ''  # figure or section of the thesis
+    survives: bool | None = True  # whether the robot walked to the end; None if it may be lost
+    slips: bool | None = None  # whether it slipped; None if not stated
+    vibrates: bool | None = None  # whether it vibrated; None if not stated
+    lines: tuple[tuple[float, float], ...] = ()  # published peaks of Gait-3, Hz, each a range
+    either: bool = False  # whether one of these peaks is enough
+    dominant: bool = False  # whether the first of them was the largest
+    single: bool = False  # whether no other peak was near its amplitude
+    gone: tuple[tuple[float, float], ...] = ()  # peaks of gentler slopes that disappeared, Hz
+    alike: bool = False  # whether cycles were alike from the third on
+    dominated: bool = False  # whether vibration dominated the motion
+    slid_first: bool = False  # whether the lost robot slid before it tipped
+    fitted: bool = False  # whether the calibration used it
 
 
 @dataclass(frozen=True)
 class ThesisTrend:
-    """A quantity that grows from walk to walk.
+    """A quantity that grows from walk to walk."""
 
-    Attributes:
-        name: the statement in words.
-        source: figure or section of the thesis.
-        quantity: that grows.
-        walks: conditions and inclinations, deg.
-        least: smallest growth that counts, over the first value.
-        fitted: whether the calibration used it.
-    """
-
-    name: str
-    source: str
-    quantity: Quantity
-    walks: tuple[tuple[Condition, float], ...]
-    least: float = GROWS
-    fitted: bool = False
+    name: str  # the statement in words
+    source: str  # figure or section of the thesis
+    quantity: Quantity  # that grows
+    walks: tuple[tuple[Condition, float], ...]  # conditions and inclinations, deg
+    least: float = GROWS  # smallest growth that counts, over the first value
+    fitted: bool = False  # whether the calibration used it
 
 
 @dataclass(frozen=True)

@@ -22,20 +22,14 @@ HIGHEST = 15.0  # Hz
 
 @dataclass(frozen=True)
 class Treatment:
-    """The condition of a walk.
+    """The condition of a walk."""
 
-    Attributes:
-        cycle_period: of the gait, s.
-        ankle_gain, hip_gain: K_A and K_H in the board's units; 0 is no feedback.
-        friction: coefficient of the soles on the ground.
-        inclination: of the ground, rad.
-    """
-
-    cycle_period: float
+    cycle_period: float  # of the gait, s
+    # ankle_gain, hip_gain: K_A and K_H in the board's units; 0 is no feedback
     ankle_gain: float
     hip_gain: float
-    friction: float
-    inclination: float
+    friction: float  # coefficient of the soles on the ground
+    inclination: float  # of the ground, rad
 
     @property
     def controlled(self) -> bool:
@@ -45,36 +39,25 @@ class Treatment:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The signals of one walk, from the start of its first whole cycle.
+    """The signals of one walk, from the start of its first whole cycle."""
 
-    Attributes:
-        time: from that start, s, (N,).
-        rate: pitch rate of the torso, rad/s, (N,).
-        slip: distance that the soles have slid, m, (N,).
-    """
-
-    time: Array
-    rate: Array
-    slip: Array
+    time: Array  # from that start, s, (N,)
+    rate: Array  # pitch rate of the torso, rad/s, (N,)
+    slip: Array  # distance that the soles have slid, m, (N,)
 
 
 @dataclass(frozen=True, eq=False)
 class Walks:
     """Walks with one treatment, one per seed, over the same number of whole cycles.
 
-    Attributes:
-        label: name of the treatment.
-        records: one per seed.
-        control_period: period of the samples, s.
-
     Raises:
         KhrError: if there is no record, or a record is shorter than two whole cycles.
     """
 
-    label: str
+    label: str  # name of the treatment
     treatment: Treatment
-    records: tuple[Record, ...]
-    control_period: float
+    records: tuple[Record, ...]  # one per seed
+    control_period: float  # period of the samples, s
 
     def __post_init__(self) -> None:
         shortest = min((record.rate.size for record in self.records), default=0)

@@ -56,17 +56,11 @@ def _not(words: str, *origins: Origin) -> Evidence:
 
 @dataclass(frozen=True)
 class TracedPeak:
-    """A peak of some walks.
+    """A peak of some walks."""
 
-    Attributes:
-        frequency: Hz.
-        line: number of its line; None between the lines.
-        spacing: of the bins, Hz.
-    """
-
-    frequency: float
-    line: int | None
-    spacing: float
+    frequency: float  # Hz
+    line: int | None  # number of its line; None between the lines
+    spacing: float  # of the bins, Hz
 
     def in_walks(self, walks: Walks) -> Array:
         """Return the amplitude of the peak in other walks, at its line or frequency, rad/s."""

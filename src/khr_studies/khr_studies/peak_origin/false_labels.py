@@ -21,17 +21,11 @@ REPEATS = 20
 
 @dataclass(frozen=True)
 class FalseLabels:
-    """The labels of the peaks of simulated walks.
+    """The labels of the peaks of simulated walks."""
 
-    Attributes:
-        spectra: number of simulated sets of walks, each with one spectrum to label.
-        noise: peaks by label in white noise; ``unexplained`` are peaks without a label.
-        gait: peaks by label in the gait's lines with noise.
-    """
-
-    spectra: int
-    noise: Counter[str]
-    gait: Counter[str]
+    spectra: int  # number of simulated sets of walks, each with one spectrum to label
+    noise: Counter[str]  # peaks by label in white noise; unexplained are peaks without a label
+    gait: Counter[str]  # peaks by label in the gait's lines with noise
 
 
 def count_false_labels(

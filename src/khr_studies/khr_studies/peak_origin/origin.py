@@ -38,34 +38,22 @@ RULE = (
 
 @dataclass(frozen=True)
 class Line:
-    """A peak with its label.
+    """A peak with its label."""
 
-    Attributes:
-        frequency: Hz.
-        order: n = f T, a whole number on a line of the gait.
-        amplitude: mean over the seeds, rad/s.
-        low, high: 95 % interval of the amplitude over the seeds; NaN with one seed.
-        chance: probability that the noise around it makes such a peak.
-        stands: whether it stands out of that noise.
-        origin: by the experiments; None if no origin has enough evidence, or several have.
-        label: origin as text, with the number of the line.
-        sure: by ``RULE``.
-        locked: share of its power that repeats in every cycle.
-        evidence: by experiment.
-    """
-
-    frequency: float
-    order: float
-    amplitude: float
+    frequency: float  # Hz
+    order: float  # n = f T, a whole number on a line of the gait
+    amplitude: float  # mean over the seeds, rad/s
+    # low, high: 95 % interval of the amplitude over the seeds; NaN with one seed
     low: float
     high: float
-    chance: float
-    stands: bool
+    chance: float  # probability that the noise around it makes such a peak
+    stands: bool  # whether it stands out of that noise
+    # by the experiments; None if no origin has enough evidence, or several have
     origin: Origin | None
-    label: str
-    sure: Sureness
-    locked: float
-    evidence: dict[str, Evidence]
+    label: str  # origin as text, with the number of the line
+    sure: Sureness  # by RULE
+    locked: float  # share of its power that repeats in every cycle
+    evidence: dict[str, Evidence]  # by experiment
 
 
 def label_peaks(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:

@@ -23,26 +23,17 @@ from khr_studies.peak_origin.study import whole_cycles
 
 @dataclass(frozen=True)
 class RecordedPeaks:
-    """The peaks of one signal in a recording.
+    """The peaks of one signal in a recording."""
 
-    Attributes:
-        run: title or name of the recording.
-        signal: the signal and its source.
-        unit: of the amplitudes.
-        begin, end: of the analysed part, s.
-        cycle: of the gait, s; 0 if the robot did not walk.
-        peaks: the largest first, amplitudes in ``unit``.
-        notes: on rate, corrections and resolution, a sentence each.
-    """
-
-    run: str
-    signal: str
-    unit: str
+    run: str  # title or name of the recording
+    signal: str  # the signal and its source
+    unit: str  # of the amplitudes
+    # begin, end: of the analysed part, s
     begin: float
     end: float
-    cycle: float
-    peaks: tuple[Peak, ...]
-    notes: tuple[str, ...] = ()
+    cycle: float  # of the gait, s; 0 if the robot did not walk
+    peaks: tuple[Peak, ...]  # the largest first, amplitudes in unit
+    notes: tuple[str, ...] = ()  # on rate, corrections and resolution, a sentence each
 
     def place(self, peak: Peak) -> str:
         """Return the place of a peak among the lines of the gait; empty without a gait."""

@@ -18,22 +18,15 @@ SMOOTHED = 3  # width of the moving average, in spacings of the lines
 
 @dataclass(frozen=True)
 class Resonance:
-    """A band that grew between the lines.
+    """A band that grew between the lines."""
 
-    Attributes:
-        frequency: of the largest growth, Hz.
-        low, high: where the growth is half as large, Hz.
-        amplitude: root mean square of its bins, rad/s.
-        before: amplitude in the reference walks, rad/s.
-        beyond: whether every seed exceeds every seed of the reference walks.
-    """
-
-    frequency: float
+    frequency: float  # of the largest growth, Hz
+    # low, high: where the growth is half as large, Hz
     low: float
     high: float
-    amplitude: float
-    before: float
-    beyond: bool
+    amplitude: float  # root mean square of its bins, rad/s
+    before: float  # amplitude in the reference walks, rad/s
+    beyond: bool  # whether every seed exceeds every seed of the reference walks
 
     def holds(self, frequency: float) -> bool:
         """Return True if a frequency, Hz, lies in the band."""

@@ -44,25 +44,15 @@ ROOT = Path('runs/lines')
 
 @dataclass(frozen=True)
 class PeakStudy:
-    """The spectral peaks of a walk and their origins.
+    """The spectral peaks of a walk and their origins."""
 
-    Attributes:
-        scenario: name of the walk.
-        walks: the walk, then its variants.
-        lines: peaks of the first walks.
-        bands: comparisons of gains, between the lines.
-        judged: peaks of the thesis.
-        lost: dropped runs, in which the robot did not stay up, as text.
-        false_labels: error rate of the experiments.
-    """
-
-    scenario: str
-    walks: tuple[Walks, ...]
-    lines: tuple[Line, ...]
-    bands: tuple[Band, ...]
-    judged: tuple[JudgedPeak, ...]
-    lost: str
-    false_labels: FalseLabels
+    scenario: str  # name of the walk
+    walks: tuple[Walks, ...]  # the walk, then its variants
+    lines: tuple[Line, ...]  # peaks of the first walks
+    bands: tuple[Band, ...]  # comparisons of gains, between the lines
+    judged: tuple[JudgedPeak, ...]  # peaks of the thesis
+    lost: str  # dropped runs, in which the robot did not stay up, as text
+    false_labels: FalseLabels  # error rate of the experiments
 
     @property
     def origins(self) -> list[Row]:
@@ -71,17 +61,11 @@ class PeakStudy:
 
 
 class ExplainedWalks(NamedTuple):
-    """The peaks of some walks, explained by comparison with all others.
-
-    Attributes:
-        walks: the walks.
-        band: comparison with walks with less gain; None if there are no such walks.
-        lines: the peaks.
-    """
+    """The peaks of some walks, explained by comparison with all others."""
 
     walks: Walks
-    band: Band | None
-    lines: tuple[Line, ...]
+    band: Band | None  # comparison with walks with less gain; None if there are no such walks
+    lines: tuple[Line, ...]  # the peaks
 
 
 def walks_of(runs: Runs) -> tuple[Walks, ...]:

@@ -48,15 +48,12 @@ THESIS_PEAKS = (
 
 @dataclass(frozen=True)
 class Band:
-    """A comparison of walks on one slope, with less and with more gain of one loop.
+    """A comparison of walks on one slope, with less and with more gain of one loop."""
 
-    Attributes:
-        less, more: the walks.
-        found: the band between the gait's lines that grows with the gain; None without a band.
-    """
-
+    # less, more: the walks
     less: Walks
     more: Walks
+    # the band between the gait's lines that grows with the gain; None without a band
     found: Resonance | None
 
     @property
@@ -67,25 +64,16 @@ class Band:
 
 @dataclass(frozen=True)
 class JudgedPeak:
-    """A peak of the thesis with the evidence and the verdict on its origin.
+    """A peak of the thesis with the evidence and the verdict on its origin."""
 
-    Attributes:
-        peak: of the thesis.
-        walks: with its gains, on the steepest slope on which they stay up; None without such walks.
-        line: the strongest bin within the reading error of the peak.
-        share: amplitude of that bin over the largest amplitude.
-        bands: comparisons of the peak's loop at gains near the published gain.
-        verdict: as text.
-        sure: sureness of the verdict.
-    """
-
-    peak: ThesisPeak
+    peak: ThesisPeak  # of the thesis
+    # with its gains, on the steepest slope on which they stay up; None without such walks
     walks: Walks | None
-    line: Line | None
-    share: float
-    bands: tuple[Band, ...]
+    line: Line | None  # the strongest bin within the reading error of the peak
+    share: float  # amplitude of that bin over the largest amplitude
+    bands: tuple[Band, ...]  # comparisons of the peak's loop at gains near the published gain
     verdict: str
-    sure: Sureness
+    sure: Sureness  # sureness of the verdict
 
     @property
     def origin(self) -> Row:

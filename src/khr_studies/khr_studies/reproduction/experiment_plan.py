@@ -15,23 +15,14 @@ MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 
 @dataclass(frozen=True)
 class ExperimentPlan:
-    """The parts of a reproduction.
+    """The parts of a reproduction."""
 
-    Attributes:
-        figures: numbers of the figures, in the order of the registry.
-        maps: names of experiments that are drawn as stability maps.
-        scoreboard: whether the scoreboard is measured.
-        fast: whether to compute the quick and coarse form.
-        command: the command with the same plan.
-        engine: physics engine.
-    """
-
-    figures: tuple[str, ...]
-    maps: tuple[str, ...]
-    scoreboard: bool
-    fast: bool
-    command: str
-    engine: str = engines.DEFAULT
+    figures: tuple[str, ...]  # numbers of the figures, in the order of the registry
+    maps: tuple[str, ...]  # names of experiments that are drawn as stability maps
+    scoreboard: bool  # whether the scoreboard is measured
+    fast: bool  # whether to compute the quick and coarse form
+    command: str  # the command with the same plan
+    engine: str = engines.DEFAULT  # physics engine
 
     @property
     def experiments(self) -> tuple[str, ...]:

@@ -25,35 +25,24 @@ PHI, RATE = 'simulator.inclination_deg', 'simulator.inclination_rate_deg_s'
 
 @dataclass(frozen=True)
 class Findings:
-    """The results of a reproduction.
+    """The results of a reproduction."""
 
-    Attributes:
-        scoreboard: None if it was not measured.
-        soles, friction, tilting: records of the tables of ``compare_soles``, ``compare_friction``
-            and ``compare_tilting``.
-        peaks: origin of the published control frequencies; empty if it was not measured.
-        odd_lines: changes that raise line 11, 4.74 Hz; empty if it was not measured.
-        maps: results by the name of the map.
-        figures, runs: number of figures and of distinct runs.
-        run_seconds: computing time of all runs, s.
-        fast: whether this is the quick form with few seeds.
-        command: repeats the reproduction.
-        versions: of the code and the libraries, by name.
-    """
-
-    scoreboard: Scoreboard | None
+    scoreboard: Scoreboard | None  # None if it was not measured
+    # soles, friction, tilting: records of the tables of compare_soles, compare_friction and
+    # compare_tilting
     soles: Records
     friction: Records
     tilting: Records
-    peaks: list[Row]
-    odd_lines: list[Row]
-    maps: dict[str, MapResult]
+    peaks: list[Row]  # origin of the published control frequencies; empty if it was not measured
+    odd_lines: list[Row]  # changes that raise line 11, 4.74 Hz; empty if it was not measured
+    maps: dict[str, MapResult]  # results by the name of the map
+    # figures, runs: number of figures and of distinct runs
     figures: int
     runs: int
-    run_seconds: float
-    fast: bool
-    command: str
-    versions: dict[str, str]
+    run_seconds: float  # computing time of all runs, s
+    fast: bool  # whether this is the quick form with few seeds
+    command: str  # repeats the reproduction
+    versions: dict[str, str]  # of the code and the libraries, by name
 
 
 def experiment_table(runs: Mapping[str, Runs]) -> pd.DataFrame:

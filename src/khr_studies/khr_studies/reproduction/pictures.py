@@ -19,24 +19,17 @@ from khr_sweeps.specification import Sweep
 
 @dataclass(frozen=True)
 class FigureResult:
-    """One figure of a reproduction.
+    """One figure of a reproduction."""
 
-    Attributes:
-        number: of the figure in the thesis, or the name of a figure that the thesis lacks.
-        title: one line.
-        image, points: the PNG, and the CSV file of its points; missing after an error.
-        command: draws the figure.
-        experiments: names of the experiments shown; empty if it is drawn from models.
-        error: reason if it could not be drawn, else empty.
-    """
-
-    number: str
-    title: str
+    number: str  # of the figure in the thesis, or the name of a figure that the thesis lacks
+    title: str  # one line
+    # image, points: the PNG, and the CSV file of its points; missing after an error
     image: Path
     points: Path
-    command: str
+    command: str  # draws the figure
+    # names of the experiments shown; empty if it is drawn from models
     experiments: tuple[str, ...]
-    error: str = ''
+    error: str = ''  # reason if it could not be drawn, else empty
 
 
 @dataclass(frozen=True)

@@ -64,31 +64,20 @@ Result = TypeVar('Result')
 
 @dataclass(frozen=True)
 class Reproduction:
-    """All results of a reproduction.
+    """All results of a reproduction."""
 
-    Attributes:
-        figures: in the order of the registry.
-        maps: stability maps, by the names of their experiments.
-        runs: by experiment.
-        seeds: number of seeds by experiment; 0 if it uses the seed of the scenario.
-        seconds: wall time of the command; stored results took no time.
-        findings: the results as data.
-        peaks: origin of the spectral peaks; None if it is not in the plan, or failed.
-        ragged: conditions lost below an inclination at which they stay up, a line each.
-        failed: failed evaluations, a line each.
-        lost: number of runs lost with their worker.
-    """
-
-    figures: list[FigureResult]
-    maps: list[FigureResult]
-    runs: dict[str, Runs]
-    seeds: dict[str, int]
-    seconds: float
-    findings: Findings
+    figures: list[FigureResult]  # in the order of the registry
+    maps: list[FigureResult]  # stability maps, by the names of their experiments
+    runs: dict[str, Runs]  # by experiment
+    seeds: dict[str, int]  # number of seeds by experiment; 0 if it uses the seed of the scenario
+    seconds: float  # wall time of the command; stored results took no time
+    findings: Findings  # the results as data
+    # origin of the spectral peaks; None if it is not in the plan, or failed
     peaks: PeakStudy | None
+    # conditions lost below an inclination at which they stay up, a line each
     ragged: Sequence[str] = ()
-    failed: Sequence[str] = ()
-    lost: int = 0
+    failed: Sequence[str] = ()  # failed evaluations, a line each
+    lost: int = 0  # number of runs lost with their worker
 
     @property
     def drawn(self) -> list[FigureResult]:
@@ -126,21 +115,15 @@ def reproduce(plan: ExperimentPlan, out: Path, workers: int | None = None) -> Re
 
 @dataclass
 class Computed:
-    """The results of the workers.
+    """The results of the workers."""
 
-    Attributes:
-        lost: number of runs lost with their worker.
-        figures, maps: the drawings.
-        scoreboard: None if it is not in the plan, or failed.
-        failed: other failures, a line each.
-        measured: table of all runs of the scoreboard.
-    """
-
-    lost: int = 0
+    lost: int = 0  # number of runs lost with their worker
+    # figures, maps: the drawings
     figures: list[FigureResult] = field(default_factory=list)
     maps: list[FigureResult] = field(default_factory=list)
-    scoreboard: Scoreboard | None = None
-    failed: list[str] = field(default_factory=list)
+    scoreboard: Scoreboard | None = None  # None if it is not in the plan, or failed
+    failed: list[str] = field(default_factory=list)  # other failures, a line each
+    # table of all runs of the scoreboard
     measured: pd.DataFrame = field(default_factory=lambda: run_table(()))
 
     def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:

@@ -19,15 +19,10 @@ VIBRATION, SLIP = 'vibration_rad_s', 'largest_slip_m'
 
 @dataclass(frozen=True)
 class Slope:
-    """The gains tried on one slope.
+    """The gains tried on one slope."""
 
-    Attributes:
-        condition: value of the inclination and of each further parameter, by name.
-        cells: tally of each gain or pair of gains, in the order of the gains.
-    """
-
-    condition: dict[str, Any]
-    cells: pd.DataFrame
+    condition: dict[str, Any]  # value of the inclination and of each further parameter, by name
+    cells: pd.DataFrame  # tally of each gain or pair of gains, in the order of the gains
 
     @property
     def holding(self) -> pd.DataFrame:

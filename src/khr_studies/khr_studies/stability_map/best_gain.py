@@ -22,22 +22,16 @@ GAINS = {'ankle_controller.gain': 'K_A', 'hip_controller.gain': 'K_H'}
 
 @dataclass(frozen=True)
 class MapResult:
-    """The result of a map of the inclination and another parameter, as records of tables.
+    """The result of a map of the inclination and another parameter, as records of tables."""
 
-    Attributes:
-        name: of the other parameter, ``node.parameter``.
-        best: of a map of a gain, the tally of the best gain of each inclination.
-        hopeless_deg: inclinations on which no seed stays up with any gain.
-        soles: of a map of the friction, for each inclination the tallies with smooth and with
-            rubber soles (columns ``..._smooth`` and ``..._rubber``).
-        limits: for each ``value`` of the other parameter the inclination ``deg`` on which half of
-            the runs stay up, and its 95 % interval from ``low_deg`` to ``high_deg``; None if open.
-    """
-
-    name: str
-    best: Records = ()
-    hopeless_deg: tuple[float, ...] = ()
+    name: str  # of the other parameter, node.parameter
+    best: Records = ()  # of a map of a gain, the tally of the best gain of each inclination
+    hopeless_deg: tuple[float, ...] = ()  # inclinations on which no seed stays up with any gain
+    # of a map of the friction, for each inclination the tallies with smooth and with rubber soles
+    # (columns ..._smooth and ..._rubber)
     soles: Records = ()
+    # for each value of the other parameter the inclination deg on which half of the runs stay up,
+    # and its 95 % interval from low_deg to high_deg; None if open
     limits: Records = ()
 
 

@@ -18,14 +18,10 @@ CENTRES, WIDTHS = 601, 40  # of the curves tried
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a probability crosses one half.
+    """Where a probability crosses one half."""
 
-    Attributes:
-        value: the most likely place; NaN if the runs do not show a crossing.
-        low, high: its 95 % interval; infinite on an unbounded side.
-    """
-
-    value: float
+    value: float  # the most likely place; NaN if the runs do not show a crossing
+    # low, high: its 95 % interval; infinite on an unbounded side
     low: float
     high: float
 

@@ -31,23 +31,15 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Direction:
-    """One axis of the map.
+    """One axis of the map."""
 
-    Attributes:
-        name: the parameter, ``node.parameter``.
-        unit: its unit; may be empty.
-        labels: the value of each cell, or the middle of its bin; texts, booleans or numbers.
-        places: middles of the cells; the labels if they are numbers, else 0, 1, 2, ...
-        edges: of the cells, one more than there are cells.
-        numeric: whether the labels are numbers.
-    """
-
-    name: str
-    unit: str
+    name: str  # the parameter, node.parameter
+    unit: str  # its unit; may be empty
+    # the value of each cell, or the middle of its bin; texts, booleans or numbers
     labels: tuple[Any, ...]
-    places: Array
-    edges: Array
-    numeric: bool
+    places: Array  # middles of the cells; the labels if they are numbers, else 0, 1, 2, ...
+    edges: Array  # of the cells, one more than there are cells
+    numeric: bool  # whether the labels are numbers
 
     @property
     def title(self) -> str:
@@ -57,24 +49,17 @@ class Direction:
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """The runs of a sweep by cell.
-
-    Attributes:
-        cells: the tally of each cell, line by line, with its values ``x`` and ``y``.
-        critical: for each y, the x at which half the runs stay up; empty if x is not a number.
-        pooled: swept parameters other than x and y with several values.
-        where: value of each parameter that selects the runs.
-        scenarios: names of the scenarios.
-        bisected: whether x was bisected: then only cells along the limit have runs.
-    """
+    """The runs of a sweep by cell."""
 
     x: Direction
     y: Direction
-    cells: pd.DataFrame
+    cells: pd.DataFrame  # the tally of each cell, line by line, with its values x and y
+    # for each y, the x at which half the runs stay up; empty if x is not a number
     critical: tuple[Crossing, ...]
-    pooled: tuple[str, ...]
-    scenarios: tuple[str, ...] = ()
-    bisected: bool = False
+    pooled: tuple[str, ...]  # swept parameters other than x and y with several values
+    scenarios: tuple[str, ...] = ()  # names of the scenarios
+    bisected: bool = False  # whether x was bisected: then only cells along the limit have runs
+    # value of each parameter that selects the runs
     where: Mapping[str, Any] = field(default_factory=dict)
 
     def of(self, name: str) -> Array:

@@ -38,24 +38,18 @@ from khr_sweeps.pool import check_workers
 
 @dataclass(frozen=True)
 class Drawing:
-    """How a figure is drawn.
+    """How a figure is drawn."""
 
-    Attributes:
-        title: one line.
-        figure: returns the figure, from the runs by experiment or from the result of ``measure``;
-            a figure of the models takes neither. If it takes ``rate``, it shows a pitch rate of
-            runs: by default the gyro's, as in the thesis, or the true rate where the gyro's steps
-            would hide the curve.
-        experiments: names of the experiments of its runs.
-        measure: measures further data, from the runs if there are experiments, and on an
-            ``engine`` if it takes one.
-        quick: a coarse form of ``measure``, in seconds instead of minutes.
-    """
-
-    title: str
+    title: str  # one line
+    # returns the figure, from the runs by experiment or from the result of measure; a figure of
+    # the models takes neither. If it takes rate, it shows a pitch rate of runs: by default the
+    # gyro's, as in the thesis, or the true rate where the gyro's steps would hide the curve.
     figure: Callable[..., Figure]
-    experiments: tuple[str, ...] = ()
+    experiments: tuple[str, ...] = ()  # names of the experiments of its runs
+    # measures further data, from the runs if there are experiments, and on an engine if it takes
+    # one
     measure: Callable[..., Any] | None = None
+    # a coarse form of measure, in seconds instead of minutes
     quick: Callable[..., Any] | None = None
 
     @property

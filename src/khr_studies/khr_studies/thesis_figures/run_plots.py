@@ -31,17 +31,11 @@ Walk = tuple[float, Condition]  # inclination in deg, condition
 
 @dataclass(frozen=True)
 class Rate:
-    """A signal of the torso's pitch rate.
+    """A signal of the torso's pitch rate."""
 
-    Attributes:
-        name: for the label of an axis.
-        values: returns the signal of a run, deg/s, (N,).
-        note: a hint for the reader of the plot; may be empty.
-    """
-
-    name: str
-    values: Callable[[Series], Array]
-    note: str = ''
+    name: str  # for the label of an axis
+    values: Callable[[Series], Array]  # returns the signal of a run, deg/s, (N,)
+    note: str = ''  # a hint for the reader of the plot; may be empty
 
     @property
     def label(self) -> str:

@@ -14,21 +14,16 @@ Changes = dict[tuple[str, str], Any]
 
 @dataclass(frozen=True)
 class GainAxis:
-    """One parameter of the search.
+    """One parameter of the search."""
 
-    Attributes:
-        node, key: of the parameter.
-        low, high: ends of the range.
-        step: values are rounded to multiples of it.
-        symbol: label in pictures and tables.
-    """
-
+    # node, key: of the parameter
     node: str
     key: str
+    # low, high: ends of the range
     low: float
     high: float
-    step: float
-    symbol: str
+    step: float  # values are rounded to multiples of it
+    symbol: str  # label in pictures and tables
 
     @property
     def name(self) -> str:

@@ -47,24 +47,17 @@ MERITS = ['slip_m', 'vibration_rad_s']
 class Question:
     """A search.
 
-    Attributes:
-        scenario: motion, slope and all parameters that are not searched.
-        axes: parameters to search.
-        robots: the gains must hold for all of them; only for the scenario's own robot if empty.
-        seeds: runs of each candidate and robot.
-        candidates: number of candidates.
-        seed: of the optimiser.
-
     Raises:
         KhrError: if a number is not accepted, or a searched parameter is a constant of a robot.
     """
 
-    scenario: Scenario
-    axes: tuple[GainAxis, ...]
+    scenario: Scenario  # motion, slope and all parameters that are not searched
+    axes: tuple[GainAxis, ...]  # parameters to search
+    # the gains must hold for all of them; only for the scenario's own robot if empty
     robots: tuple[Member, ...] = ()
-    seeds: int = 3
-    candidates: int = 64
-    seed: int = 0
+    seeds: int = 3  # runs of each candidate and robot
+    candidates: int = 64  # number of candidates
+    seed: int = 0  # of the optimiser
 
     def __post_init__(self) -> None:
         integer('--seeds', self.seeds, *SEEDS)

@@ -25,20 +25,14 @@ RESULTS = 'jobs.sqlite'
 class KeptJobs:
     """A pool that computes each job once for one version of the code.
 
-    Attributes:
-        pool: computes missing results.
-        folder: of the file of results; it waits while another command writes the file.
-        version: of the code that determines the results.
-        bar: advances with each job.
-        costs: number of runs of a job by function, for the bar; 1 for others.
-
     The return annotation of a function determines how its result is read.
     """
 
-    pool: Pool
-    folder: Path
-    version: str
-    bar: ProgressBar
+    pool: Pool  # computes missing results
+    folder: Path  # of the file of results; it waits while another command writes the file
+    version: str  # of the code that determines the results
+    bar: ProgressBar  # advances with each job
+    # number of runs of a job by function, for the bar; 1 for others
     costs: dict[Callable[..., Any], int]
 
     def __enter__(self) -> KeptJobs:

@@ -55,12 +55,9 @@ class Engine(Scene, Protocol):
     The feet collide with the ground by spheres, torso and arms by boxes; there are no
     self-collisions. Only the servos damp or brake the joints. After ``reset`` and ``place`` the
     same steps give equal results bit for bit.
-
-    Attributes:
-        links: index in the engine of each link with mass, by name.
     """
 
-    links: Mapping[str, int]
+    links: Mapping[str, int]  # index in the engine of each link with mass, by name
 
     def set_friction(self, coefficient: float) -> None:
         """Set the friction coefficient between robot and ground."""
