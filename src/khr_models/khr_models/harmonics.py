@@ -67,37 +67,6 @@ def published_harmonics(
     )
 
 
-def published_rate(
-    pendulum: Pendulum,
-    amplitude: float,
-    inclination: float,
-    frequencies: tuple[float, float, float],
-    time: Array,
-    mean: float = 0.0,
-) -> Array:
-    """Return (5.18) as printed: the measured rate of f_0, f_1 and f_2 at each time, rad/s.
-
-    a_1 (5.19) goes with f_1, and a_2 (5.20) with f_2, whose argument is printed 6 pi f_2 t. Their
-    unit is not that of a_0.
-
-    Args:
-        pendulum: gives the length.
-        amplitude: a_0.
-        inclination: phi, rad.
-        frequencies: f_0, f_1 and f_2, Hz.
-        time: s.
-        mean: A_0.
-    """
-    second, third = published_harmonics(pendulum, amplitude, inclination)
-    f_0, f_1, f_2 = frequencies
-    return np.asarray(
-        mean
-        + amplitude * np.cos(2.0 * math.pi * f_0 * time)
-        + third * np.cos(2.0 * math.pi * f_1 * time)
-        + second * np.cos(6.0 * math.pi * f_2 * time)
-    )
-
-
 def series_harmonics(
     pendulum: Pendulum,
     amplitude: float,

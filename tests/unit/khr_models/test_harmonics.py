@@ -14,7 +14,6 @@ from khr_models.harmonics import (
     growth,
     integrated_harmonics,
     published_harmonics,
-    published_rate,
     series_harmonics,
 )
 from khr_models.pendulum import GRAVITY, Pendulum
@@ -125,12 +124,3 @@ def test_the_periodic_motion_is_where_a_damped_pendulum_ends():
 def test_refusals_name_the_argument(call, name):
     with pytest.raises(KhrError, match=f'^{name}: .*accepted: '):
         call()
-
-
-def test_printed_rate_has_a_1_at_f_1_and_a_2_at_three_times_f_2():
-    time = np.arange(4000) / 1000.0
-    rate = published_rate(P, 0.1, 30.0 * DEG, (2.0, 5.0, 3.0), time, mean=0.02)
-    lines = 2.0 * np.abs(np.fft.rfft(rate)) / time.size
-    second, third = published_harmonics(P, 0.1, 30.0 * DEG)
-    for hertz, size in ((0, 0.04), (2, 0.1), (5, third), (9, second)):
-        assert lines[4 * hertz] == pytest.approx(size)
