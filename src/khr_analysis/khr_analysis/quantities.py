@@ -24,6 +24,12 @@ class Quantity:
     factor: float = 1.0  # from the unit of the message to the shown one
 
 
+def stamp_of(message: Any) -> int | None:
+    """Return the timestamp of a message, ns; None if its type has none."""
+    header = getattr(message, 'header', None)
+    return None if header is None else header.stamp.sec * 10**9 + header.stamp.nanosec
+
+
 def _vector(vector: Any, suffix: str = '') -> Rows:
     return [(f'{axis}{suffix}', float(getattr(vector, axis))) for axis in 'xyz']
 

@@ -9,7 +9,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
-from khr_analysis.quantities import QUANTITIES
+from khr_analysis.quantities import QUANTITIES, stamp_of
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common.block import NodeSpec
 from khr_common.interfaces import GYRO, IMU, PEAKS, SPECTRUM
@@ -57,10 +57,9 @@ class FftAnalyserNode(Listener):
             return
         if not isfinite(rows[axis]):
             raise MalformedError('numbers that are not finite')
-        header = getattr(message, 'header', None)
-        stamp = header.stamp if header is not None else None
-        self._unstamped |= stamp is None
-        self._on_sample(stamp.sec * 10**9 + stamp.nanosec if stamp else 0, rows[axis])
+        stamp_ns = stamp_of(message)
+        self._unstamped |= stamp_ns is None
+        self._on_sample(stamp_ns or 0, rows[axis])
 
     def _time_of(self, stamp_ns: int, value: float) -> int:
         """Return the timestamp of a sample, or of its arrival if the samples have none, ns."""

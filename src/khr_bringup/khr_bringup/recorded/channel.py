@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
-from khr_analysis.quantities import QUANTITIES, Quantity, Rows
+from khr_analysis.quantities import QUANTITIES, Quantity, Rows, stamp_of
 from khr_analysis.sampling import Samples, choose_stamps, even_samples
 from khr_bringup.recorded.bags import AmbiguousError, existing_bag
 from khr_bringup.recorded.storage import Storage, opened
@@ -219,10 +219,8 @@ def _read(
     stamps, logs, rows, frame = [], [], [], ''
     for connection, time_ns, data in storage.messages(connections):
         message: Any = decode(data, connection.msgtype)
-        header = getattr(message, 'header', None)
-        stamp = header.stamp if header is not None else None
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec if stamp is not None else 0)
-        frame = header.frame_id if header is not None else ''
+        stamps.append(stamp_of(message) or 0)
+        frame = message.header.frame_id if hasattr(message, 'header') else ''
         logs.append(time_ns)
         rows.append(quantity.read(message))
     return np.array(stamps, np.int64), np.array(logs, np.int64), rows, frame
