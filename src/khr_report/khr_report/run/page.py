@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -10,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from khr_analysis.outcome_values import LABELS, Value, shown
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -24,17 +22,16 @@ from khr_common.errors import KhrError
 from khr_common.text.quoting import one_line
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
-from khr_report.plots.plot_style import panels, save, styled
+from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
-from khr_report.run.recording_page import report_recording
+from khr_report.run.recording_page import picture, report_recording
 from khr_report.run.timing import Timing
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
 OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, HASH: 'trajectory hash'}
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
-RESOLUTION = 150  # dots per inch
 Found = Mapping[str, RunContents]  # one as ``this run``, or two as ``A`` and ``B``
 
 
@@ -142,7 +139,7 @@ def _signals(found: Found) -> Markup:
         events = [event for _, run, _ in runs for event in run.events]
         signals = {name: series for name, _, series in runs}
         figure, titles = over_time(signals, shown, Timing(gait, events))
-    body = _picture('; '.join(titles), figure)
+    body = picture('; '.join(titles), figure)
     texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
     body += paragraphs(
         *(f'{text}. Signals that are zero throughout are left out.' for text in texts)
@@ -169,7 +166,7 @@ def _spectrum(found: Found) -> Markup:
     with styled():
         figure, (axis,) = panels('', height=3.0)
         draw_spectra(axis, lines)
-    return _picture(
+    return picture(
         'Spectrum of the gyro in Gait-3, the third whole cycle of a walk; of other '
         'motions in the last window',
         figure,
@@ -268,13 +265,6 @@ def _files(run: RunContents, page: Path) -> list[tuple[str, str]]:
         for path in paths
         if path.resolve() != place
     ]
-
-
-def _picture(title: str, figure: Figure) -> Markup:
-    """Return a figure as one of the page."""
-    content = io.BytesIO()
-    save(figure, content, dpi=RESOLUTION)
-    return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
 
 
 def _csv(series: Series) -> bytes:

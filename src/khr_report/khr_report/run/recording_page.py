@@ -67,10 +67,10 @@ def _signal(channel: Channel) -> list[Section]:
     peaks = [(f'{each.frequency:.3f}', f'{each.amplitude:.4g}') for each in found.spectrum.peaks]
     listed = part('table', ('frequency, Hz', f'amplitude, {unit}'), peaks, {})
     return [
-        Section('Signal', _picture(label, signal) + part('notes', found.notes) + link),
+        Section('Signal', picture(label, signal) + part('notes', found.notes) + link),
         Section(
             'Spectrum',
-            _picture('Amplitude over frequency', lines)
+            picture('Amplitude over frequency', lines)
             + (listed if peaks else paragraphs('No line stands out of the noise.')),
         ),
     ]
@@ -95,7 +95,8 @@ def _spectrum(found: RecordedSpectrum, unit: str) -> Figure:
     return figure
 
 
-def _picture(title: str, figure: Figure) -> Markup:
+def picture(title: str, figure: Figure) -> Markup:
+    """Return a figure as one of a page."""
     content = io.BytesIO()
     save(figure, content, dpi=RESOLUTION)
     return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
