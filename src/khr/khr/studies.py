@@ -20,6 +20,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError
+from khr_common.checks import one_of
 from khr_studies.peak_origin.study import whole_cycles
 from khr_studies.third_stage.study import SCALES, TIMES, Plane, measure_plane
 from khr_sweeps.pool import check_workers
@@ -63,8 +64,7 @@ def spectrum(
         >>> found.frequency.shape == found.amplitude_deg.shape
         True
     """
-    if signal not in RATES:
-        raise KhrError(f'signal: {signal!r} is not accepted; accepted: {" | ".join(RATES)}')
+    one_of('signal', signal, RATES)
     changed = {f'fft_analyser.{key}': value for key, value in settings.items()}
     parameters = prepared(run.scenario, changed).table(FftAnalyserParameters)
     gait = run.scenario.table(GaitParameters)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from khr_common.checks import one_of
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_studies.measuring.experiments import experiment_files
@@ -43,9 +44,7 @@ def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> E
     for name in names:
         if name not in every:
             raise KhrError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
-    if engine not in engines.LIBRARIES:
-        accepted = ' | '.join(engines.LIBRARIES)
-        raise KhrError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+    one_of('--engine', engine, [*engines.LIBRARIES])
     return ExperimentPlan(
         tuple(number for number in FIGURES if number in names),
         tuple(name for name in maps if name in names),

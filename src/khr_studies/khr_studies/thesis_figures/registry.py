@@ -14,6 +14,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from khr_common.checks import one_of
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.folders import make_folder
@@ -279,9 +280,7 @@ def run_experiments(
         KhrError: if there is no such figure or engine.
         RunError: if the computation was aborted; finished runs are kept.
     """
-    if engine not in engines.LIBRARIES:
-        accepted = ' | '.join(engines.LIBRARIES)
-        raise KhrError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+    one_of('--engine', engine, [*engines.LIBRARIES])
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}
     experiments.run_sweeps(experiments.sweeps_of([*needed], fast, engine), check_workers(None))
     return experiments.runs_by_name(needed, experiments.root_of(engine), fast)
