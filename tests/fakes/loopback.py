@@ -1,7 +1,5 @@
 """A line to a virtual board in the same process, where nothing takes any time, and its servos."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from khr_hardware.protocol.frames import Splitter

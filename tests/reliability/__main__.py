@@ -6,8 +6,6 @@ python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--
 What a run frees is overwritten (``MALLOC_PERTURB_``), so that whoever uses it afterwards is seen.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

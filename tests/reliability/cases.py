@@ -1,7 +1,5 @@
 """The cases of the campaign: each does a run some harm and says what fell short, if anything."""
 
-from __future__ import annotations
-
 import random
 import shutil
 from contextlib import suppress

@@ -5,8 +5,6 @@ charge), in units of force that keep the currents and voltages near one. The cap
 the amplifier around C_FB and the RC are components; the solver, not khr_sim, derives V_out.
 """
 
-from __future__ import annotations
-
 import math
 
 from khr_common.checks import positive

@@ -1,7 +1,5 @@
 """Files and runs that went wrong on their way, and harms that tests of their own do."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A run that is harmed, with all that must hold at its end."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

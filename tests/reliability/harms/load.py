@@ -1,7 +1,5 @@
 """Much at once, viewers, and runs that last."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """The machine falls short: disk, memory, limits, another user, a clock that is set."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

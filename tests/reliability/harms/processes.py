@@ -1,7 +1,5 @@
 """Processes of a run, or the run as a whole, are killed, stopped or signalled."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Commands that compute for long are interrupted or killed, and results changed."""
 
-from __future__ import annotations
-
 import random
 import shutil
 import signal

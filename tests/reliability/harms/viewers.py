@@ -1,7 +1,5 @@
 """Ten viewers open a live page, and a playback of two runs, and leave again, beside busy loops."""
 
-from __future__ import annotations
-
 import logging
 import random
 import re

@@ -3,8 +3,6 @@
 python -m tests.reliability.mutated.files COUNT [SEED]
 """
 
-from __future__ import annotations
-
 import signal
 import sys
 from pathlib import Path

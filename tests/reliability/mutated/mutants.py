@@ -1,7 +1,5 @@
 """Files that went wrong on their way: seeded mutants of good ones."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Whatever khr reads of what others may have written: read, it is as it should be, or refused."""
 
-from __future__ import annotations
-
 import atexit
 import io
 import json

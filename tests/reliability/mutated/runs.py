@@ -3,8 +3,6 @@
 python -m tests.reliability.mutated.runs COUNT [SEED]
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import random

@@ -1,7 +1,5 @@
 """The outcome of synthetic runs whose verdict and figures are known in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import cos, hypot, pi, radians, sin, sqrt, tan, tau
 

@@ -1,7 +1,5 @@
 """The spectrum against closed forms: amplitude, phase, frequency, power, time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, tau
 

@@ -1,7 +1,5 @@
 """The ankle controller: both laws, the toe-heel difference, and what it refuses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import asin, degrees, radians, sin
 

@@ -1,7 +1,5 @@
 """A gain in the board's units against the board's own sum, counted in whole steps."""
 
-from __future__ import annotations
-
 from math import degrees, radians
 
 import pytest

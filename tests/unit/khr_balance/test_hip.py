@@ -1,7 +1,5 @@
 """The hip controller; its law is that of the ankle (test_ankle.py)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 

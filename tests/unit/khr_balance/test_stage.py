@@ -1,7 +1,5 @@
 """The stage policy: what it reads back, when it changes stage, how the controls come on."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from math import cos, degrees, nan, radians, sin, tan

@@ -1,7 +1,5 @@
 """The foot-force sensors: range, resolution, delay and noise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The gyro against closed forms of its low-pass, its converter and its circuit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import exp, log10, pi, radians, tau
 
