@@ -214,9 +214,6 @@ class SpectrumAnalyser:
         Args:
             time: s; about one control period after the last.
             value: in any unit.
-
-        Raises:
-            KhrError: if the value is not finite.
         """
         if not isfinite(value):
             raise KhrError(f'value: {value!r} is not accepted; accepted: finite')

@@ -173,11 +173,7 @@ class RunRecord:
 
 
 def write_outcome(folder: Path, result: Result) -> None:
-    """Write ``outcome.json`` of a run.
-
-    Raises:
-        KhrError: if it cannot be written.
-    """
+    """Write ``outcome.json`` of a run."""
     write_text(folder / FILE, json.dumps(result.record.to_json(), indent=2) + '\n')
 
 

@@ -76,11 +76,7 @@ def _empty(folder: Path) -> bool:
 
 @contextmanager
 def claim_folder(out: Path | None, name: str) -> Iterator[Path]:
-    """Claim a folder, ``runs/NAME-TIME`` by default; remove it again if no run has started.
-
-    Raises:
-        KhrError: as :func:`claim`.
-    """
+    """Claim a folder, ``runs/NAME-TIME`` by default; remove it again if no run has started."""
     folder = out or Path('runs') / f'{name}-{datetime.now():%Y%m%d-%H%M%S-%f}'[:-3]
     made = not folder.exists()
     claim(folder, '--out')

@@ -195,11 +195,7 @@ def check(table: type[Any], name: str, value: Any) -> Value:
 
 
 def build(table: type[Table], values: Mapping[str, Any] | None = None) -> Table:
-    """Build a table from defaults and ``values``, each checked (lists become tuples).
-
-    Raises:
-        ParameterError: as :func:`check`.
-    """
+    """Build a table from defaults and ``values``, each checked (lists become tuples)."""
     checked = {name: check(table, name, value) for name, value in (values or {}).items()}
     return table(
         **{

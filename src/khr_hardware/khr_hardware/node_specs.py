@@ -20,11 +20,7 @@ from khr_hardware.parameters import BoardParameters
 
 
 def published_topics(parameters: BoardParameters) -> tuple[Topic, ...]:
-    """Return the topics that the node publishes with the sensors of its map.
-
-    Raises:
-        KhrError: if the map is not accepted.
-    """
+    """Return the topics that the node publishes with the sensors of its map."""
     joint_map = JointMap.load(parameters.map)
     lacking = {
         *(() if joint_map.gyro else (GYRO,)),

@@ -23,11 +23,7 @@ def inclination_within(inclination: npt.ArrayLike) -> None:
 
 
 def sign_of(form: Form) -> float:
-    """Return the sign of gravity's moment in a form: +1 physical, -1 as published.
-
-    Raises:
-        KhrError: if the form is unknown.
-    """
+    """Return the sign of gravity's moment in a form: +1 physical, -1 as published."""
     one_of('form', form, FORMS)
     return 1.0 if form == 'physical' else -1.0
 

@@ -103,11 +103,7 @@ def foot_forces(normal_force: Value, to_toe: Value, half_foot: float) -> tuple[V
 
 
 def force_difference(normal_force: Value, to_toe: Value, half_foot: float) -> Value:
-    """Return Delta = F_T - F_H, N, for a ZMP at distance d from the toe (3.4).
-
-    Raises:
-        KhrError: as :func:`foot_forces`.
-    """
+    """Return Delta = F_T - F_H, N, for a ZMP at distance d from the toe (3.4)."""
     positive('half_foot', half_foot)
     within('to_toe', to_toe, 0.0, 2.0 * half_foot)
     return normal_force * (half_foot - to_toe) / half_foot

@@ -9,11 +9,7 @@ from khr_common.errors import KhrError
 
 
 def make_folder(out: Path) -> None:
-    """Make a folder, and check before minutes of measuring that it can be written.
-
-    Raises:
-        KhrError: if it cannot be made or written.
-    """
+    """Make a folder, and check before minutes of measuring that it can be written."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=out):

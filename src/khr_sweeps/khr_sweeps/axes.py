@@ -70,11 +70,7 @@ def parameter_named(where: str, name: Any) -> Specification:
 
 
 def column_named(name: str) -> Specification:
-    """Return the specification of a swept parameter or of an axis of names.
-
-    Raises:
-        KhrError: if there is no such parameter.
-    """
+    """Return the specification of a swept parameter or of an axis of names."""
     return specifications(Labels).get(name) or parameter_named('sweep', name)
 
 

@@ -55,11 +55,7 @@ class Pool(Protocol):
 
 
 def check_workers(workers: int | None, option: str = '--workers') -> int:
-    """Return the number of workers; None is one for each core that this process may use.
-
-    Raises:
-        KhrError: if the number is not accepted.
-    """
+    """Return the number of workers; None is one for each core that this process may use."""
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise KhrError(
             f'{option}: {workers} is not accepted; accepted: integer in [1, {MOST_WORKERS}]'
@@ -106,9 +102,6 @@ def local_pool(workers: int | None, option: str = '--workers', quiet: bool = Fal
         workers: their number; one per core by default.
         option: name of the number in an error.
         quiet: whether the workers' output on stderr is dropped.
-
-    Raises:
-        KhrError: if the number is not accepted.
     """
     return LocalPool(check_workers(workers, option), quiet)
 

@@ -77,11 +77,7 @@ def load_sweep(path: Path, fast: bool = False) -> Sweep:
 
 
 def parse_sweep(text: str, file: str, fast: bool = False) -> Sweep:
-    """Read a sweep from text; ``file`` is its name in error messages.
-
-    Raises:
-        KhrError: as :func:`load_sweep`.
-    """
+    """Read a sweep from text; ``file`` is its name in error messages."""
     return sweep_from(read_yaml(text, file), file, title_of(text), fast)
 
 
@@ -95,9 +91,6 @@ def sweep_from(given: Any, file: str, title: str = '', fast: bool = False) -> Sw
         file: its name in error messages; its stem is the name of the sweep.
         title: of the sweep.
         fast: whether the keys under ``fast`` replace those of the same name.
-
-    Raises:
-        KhrError: as :func:`load_sweep`.
     """
     if not isinstance(given, Mapping) or 'scenario' not in given:
         raise KhrError(

@@ -66,9 +66,6 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
     Args:
         given: the launch file's arguments.
         joints: whether the node ``transforms`` is to publish the joints' frames.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
     short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]

@@ -85,11 +85,7 @@ class Wiring:
 
     @staticmethod
     def read(file: Path) -> Wiring:
-        """Read the wiring that :meth:`write` has written.
-
-        Raises:
-            KhrError: if the file cannot be read.
-        """
+        """Read the wiring that :meth:`write` has written."""
         document = read_yaml(read_file(file), str(file))
         return Wiring(
             {

@@ -95,11 +95,7 @@ class Driver:
 
 
 def driver_of(text: str, option: str) -> Driver:
-    """Find a driver, given as PACKAGE/EXECUTABLE.
-
-    Raises:
-        KhrError: if there is no such driver, or the file of its package is not accepted.
-    """
+    """Find a driver, given as PACKAGE/EXECUTABLE."""
     package, _, name = text.partition('/')
     if not (package and name) or '/' in name:
         raise KhrError(f'{option}: {quoted(text)} is not accepted; accepted: PACKAGE/EXECUTABLE')

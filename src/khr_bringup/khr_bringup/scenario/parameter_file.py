@@ -47,11 +47,7 @@ def values_of(document: Any, file: str) -> Values:
 
 
 def known_node(file: str, name: str) -> str:
-    """Return the name of a node that exists.
-
-    Raises:
-        KhrError: if there is no such node.
-    """
+    """Return the name of a node that exists."""
     if name not in registry():
         raise KhrError(f'{file}: {named(name)}: no such node; accepted: {", ".join(registry())}')
     return name

@@ -28,9 +28,6 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
 
     Args:
         robot: name, or path of a ROS 2 parameter file.
-
-    Raises:
-        KhrError: if there is no such robot, or its file is not accepted.
     """
     path = Path(robot) if robot.endswith('.yaml') else ROBOTS / f'{robot}.yaml'
     if not path.is_file():
@@ -43,11 +40,7 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
 
 
 def on_robot(scenario: Scenario, robot: str) -> Scenario:
-    """Return a scenario with the constants of a robot; values of the scenario itself stay.
-
-    Raises:
-        KhrError: as :func:`constants_of`.
-    """
+    """Return a scenario with the constants of a robot; values of the scenario itself stay."""
     values = scenario.values
     missing = {
         (node, key): value

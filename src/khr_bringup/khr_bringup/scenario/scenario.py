@@ -176,9 +176,6 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
     Args:
         name: path or name.
         sought: the kind of thing that the name may be, for the error text.
-
-    Raises:
-        KhrError: if there is no such scenario, or file, node, key or value is not accepted.
     """
     path = find_scenario(name, sought)
     return with_installed_engine(parse(read_file(path), str(path), path.stem))

@@ -57,11 +57,7 @@ def parameter_change(node: str, after_ns: int, values: Mapping[str, Any]) -> Dia
 
 @cache
 def message_class(kind: str) -> type[Any]:
-    """Return the class of a message type such as ``sensor_msgs/msg/Imu``.
-
-    Raises:
-        KhrError: if there is no such type.
-    """
+    """Return the class of a message type such as ``sensor_msgs/msg/Imu``."""
     package, _, name = kind.split('/')
     try:
         found: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)

@@ -50,9 +50,6 @@ def read_yaml(text: str, file: str) -> Any:
     Args:
         text: at most 65,536 bytes, collections at most 20 deep.
         file: name of the file in error messages.
-
-    Raises:
-        YamlError: if the text is not accepted.
     """
     try:
         _check_size(len(text.encode()), file)

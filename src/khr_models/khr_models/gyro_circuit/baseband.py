@@ -61,9 +61,6 @@ class Baseband:
 
         Returns:
             rad/s: the output voltage over the static sensitivity.
-
-        Raises:
-            KhrError: if the rate is not finite.
         """
         if not math.isfinite(rate):
             raise KhrError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')

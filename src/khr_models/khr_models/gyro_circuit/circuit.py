@@ -152,9 +152,6 @@ class Circuit:
 
         Args:
             temperature: K.
-
-        Raises:
-            KhrError: if the temperature is not positive.
         """
         positive('temperature', temperature, 'K')
         force = math.sqrt(4.0 * BOLTZMANN * temperature * self.sense_damping)

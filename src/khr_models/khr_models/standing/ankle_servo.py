@@ -64,9 +64,6 @@ def simulate_servo(
     """Integrate (3.11) from rest at an initial lean to a target lean set at time 0.
 
     The derivative acts on the measured lean alone: the target's own step is no impulse.
-
-    Raises:
-        KhrError: if an argument is out of range.
     """
     inclination_within(inclination)
     sign = sign_of(form)
@@ -102,9 +99,6 @@ def corrected_motion(
 
     Args:
         gain: K_A on the force difference, rad/N.
-
-    Raises:
-        KhrError: as ``simulate_servo`` and ``controlled_lean``.
     """
     return simulate_servo(
         pendulum,

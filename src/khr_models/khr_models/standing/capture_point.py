@@ -29,11 +29,7 @@ from khr_models.standing.push import capture_force
 
 @dataclass(frozen=True)
 class Flywheel:
-    """A body part that turns on the pendulum; the defaults are trunk and arms of the KHR-3HV.
-
-    Raises:
-        KhrError: if a value is not positive.
-    """
+    """A body part that turns on the pendulum; the defaults are trunk and arms of the KHR-3HV."""
 
     inertia: float = 0.0038  # kg m^2, of the trunk against the legs
     speed: float = 7.48  # rad/s, largest

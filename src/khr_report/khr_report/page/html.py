@@ -52,11 +52,7 @@ def paragraphs(*texts: str | Markup) -> Markup:
 
 
 def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]) -> Path:
-    """Write a page and return its path.
-
-    Raises:
-        KhrError, RunError, OSError: if the file cannot be written.
-    """
+    """Write a page and return its path."""
     page = environment().get_template('page.html')
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, page.render(title=title, lead=lead, sections=sections))

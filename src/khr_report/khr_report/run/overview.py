@@ -124,11 +124,7 @@ class Pane:
 
 
 def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
-    """Draw the overview of a run as PNG.
-
-    Raises:
-        KhrError: if the bag cannot be read.
-    """
+    """Draw the overview of a run as PNG."""
     run = RecordedRun(bag)
     series, outcome = run.signals
     fell = outcome.fell_at if outcome else None

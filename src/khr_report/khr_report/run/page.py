@@ -75,11 +75,7 @@ def report(
 
 
 def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
-    """Write the page of one run, or of two compared; return its path.
-
-    Raises:
-        KhrError: if the file cannot be written.
-    """
+    """Write the page of one run, or of two compared; return its path."""
     title = ' against '.join(run.name for run in found.values())
     titles = [
         f'{name}: ' * (len(found) == 2) + f'{run.title} ({run.name}).'

@@ -17,9 +17,6 @@ def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) ->
         message: with the force in the frame of the world or of a link, which it then acts on.
         parameters: give the link for a force in the world frame, the point and the duration.
         now_ns: time of the latest sample, ns.
-
-    Raises:
-        KhrError: if the push is not accepted.
     """
     p, force = parameters, message.wrench.force
     frame = message.header.frame_id or WORLD

@@ -26,11 +26,7 @@ from khr_sweeps.trial import Row
 
 
 def write(runs: pd.DataFrame, out: Path) -> str:
-    """Write the page, and the table as CSV; return a summary of one line.
-
-    Raises:
-        KhrError, RunError: if a file cannot be written.
-    """
+    """Write the page, and the table as CSV; return a summary of one line."""
     write_table(runs, out.with_suffix('.csv'))
     write_text(out, page(runs))
     return summary(runs)

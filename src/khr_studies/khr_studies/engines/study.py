@@ -117,9 +117,6 @@ def compare_engines(
         tolerance: of each bisection, deg.
         jobs: processes; one per core by default.
         only: names of scenarios with commas; all shipped scenarios by default.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     integer('--seeds', seeds, 2, 100)
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]

@@ -107,9 +107,6 @@ class Condition:
 
         The inclination is rounded to 1e-6 deg: a bisection ends at 10.2 deg plus 2e-15 deg, where
         a robot close to its limit may fall although it stays up at 10.2 deg.
-
-        Raises:
-            KhrError: if a parameter is not accepted.
         """
         standing = self.motion == 'leg_lift'
         changes: dict[tuple[str, str], object] = {

@@ -78,9 +78,6 @@ def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool
         seeds: number of seeds.
         tolerance: of each bisection, deg.
         pool: computes the seeds in parallel.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     integer('--seeds', seeds, 1, 1000)
     if not 0.01 <= tolerance <= STEP:

@@ -133,11 +133,7 @@ def experiment_files() -> dict[str, Path]:
 
 
 def specification_of(name: str, fast: bool) -> Sweep:
-    """Read an experiment.
-
-    Raises:
-        KhrError: if there is no such experiment, or it is not valid.
-    """
+    """Read an experiment."""
     files = experiment_files()
     if name not in files:
         raise KhrError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')

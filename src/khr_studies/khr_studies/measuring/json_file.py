@@ -15,11 +15,7 @@ Result = TypeVar('Result')
 
 
 def write_json(path: Path, result: Any) -> None:
-    """Write a dataclass, or a list of such, as JSON; make the folder if needed.
-
-    Raises:
-        KhrError, RunError, OSError: if the file cannot be written.
-    """
+    """Write a dataclass, or a list of such, as JSON; make the folder if needed."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, TypeAdapter(type(result)).dump_json(result, indent=1).decode() + '\n')
 

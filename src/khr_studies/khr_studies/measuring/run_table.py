@@ -140,11 +140,7 @@ def half_interval(values: Sequence[float]) -> float:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, with every digit of its numbers; make the folder if needed.
-
-    Raises:
-        KhrError, RunError, OSError: if the file cannot be written.
-    """
+    """Write a table as CSV, with every digit of its numbers; make the folder if needed."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, table.to_csv(index=False, lineterminator='\n'))
 

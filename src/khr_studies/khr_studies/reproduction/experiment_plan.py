@@ -33,11 +33,7 @@ class ExperimentPlan:
 
 
 def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> ExperimentPlan:
-    """Parse the names of parts, separated by commas; None stands for everything.
-
-    Raises:
-        KhrError: if a name is not known.
-    """
+    """Parse the names of parts, separated by commas; None stands for everything."""
     maps = [name for name in experiment_files() if name.startswith(MAP)]
     every = (*FIGURES, *maps, SCOREBOARD)
     names = every if only is None else tuple(name.strip() for name in only.split(','))

@@ -38,9 +38,6 @@ def write(results: Reproduction, out: Path, findings: Path) -> str:
         results: content of the page.
         out: folder of the page and of the scoreboard.
         findings: Markdown file of the findings; a JSON file is written to the same folder.
-
-    Raises:
-        KhrError, RunError, OSError: if a file cannot be written.
     """
     found, drawn = results.findings, results.drawn
     write_json(findings.with_suffix('.json'), found)
@@ -62,9 +59,6 @@ def write_index(out: Path, results: Reproduction) -> Path:
     Args:
         out: folder of the page.
         results: content of the page.
-
-    Raises:
-        KhrError: if the file cannot be written.
     """
     board = results.findings.scoreboard
     sections = [

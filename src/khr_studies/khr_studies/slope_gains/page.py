@@ -20,11 +20,7 @@ EXPLAINED = (
 
 
 def write(slopes: Sequence[Slope], path: Path) -> list[Path]:
-    """Write the table as Markdown and all tried gains as CSV; return both paths.
-
-    Raises:
-        KhrError, RunError: if a file cannot be written.
-    """
+    """Write the table as Markdown and all tried gains as CSV; return both paths."""
     make_folder(path.parent)
     write_text(path, page(slopes) + '\n')
     data = path.with_suffix('.csv')

@@ -180,11 +180,7 @@ FIGURES: dict[str, Drawing] = {
 
 
 def drawing_of(number: str) -> Drawing:
-    """Return the drawing of a figure.
-
-    Raises:
-        KhrError: if there is no such figure.
-    """
+    """Return the drawing of a figure."""
     if number not in FIGURES:
         raise KhrError(f'figure: {number!r} is not known; accepted: {ALL}, {", ".join(FIGURES)}')
     return FIGURES[number]
@@ -195,9 +191,6 @@ def expand_numbers(asked: Sequence[str]) -> list[str]:
 
     Args:
         asked: numbers; ``all`` stands for all figures, and 3.11 also for 3.11b.
-
-    Raises:
-        KhrError: if there is no such figure.
     """
     found: dict[str, None] = {}
     for number in asked:

@@ -92,11 +92,7 @@ class Question:
         return measured * self.seeds * max(len(self.robots), 1)
 
     def scenarios(self, values: Sequence[float]) -> list[Scenario]:
-        """Return the scenario of a candidate with each robot.
-
-        Raises:
-            KhrError: if a value is not accepted.
-        """
+        """Return the scenario of a candidate with each robot."""
         found = []
         for constants in [robot.constants for robot in self.robots] or [{}]:
             own: Changes = changes_of(f'{name}={value!r}' for name, value in constants.items())
@@ -199,9 +195,6 @@ def define_search(
         seeds: runs of each candidate and robot.
         candidates: number of candidates.
         seed: of the optimiser.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     robots = tuple(read_ensemble()) if robust else ()
     if robust and not robots:
@@ -270,9 +263,6 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
         jobs: processes; one per core by default.
         folder: of the results.
         quiet: whether to hide the progress.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     check_workers(jobs, '--workers')
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)
