@@ -93,17 +93,12 @@ class StageParameters:
 
 
 class Stage(NamedTuple):
-    """The stage and the active shares of the corrections.
+    """The stage and the active shares of the corrections."""
 
-    Attributes:
-        number: 1, 2 or 3.
-        inclination: estimate for the ground, rad, downhill positive; 0 before the first
-            estimate.
-        ankle, hip: active shares of the two corrections, 0 to 1.
-    """
-
-    number: int
+    number: int  # 1, 2 or 3
+    # estimate for the ground, rad, downhill positive; 0 before the first estimate
     inclination: float
+    # ankle, hip: active shares of the two corrections, 0 to 1
     ankle: float
     hip: float
 

@@ -17,22 +17,15 @@ Value = bool | float
 
 @dataclass(frozen=True)
 class Tunable:
-    """A parameter that the page lets the reader change.
+    """A parameter that the page lets the reader change."""
 
-    Attributes:
-        group: heading of its controls.
-        node, name: of the parameter.
-        label: on the page.
-        step: of its slider.
-        most: end of the slider, if below the largest accepted value.
-    """
-
-    group: str
+    group: str  # heading of its controls
+    # node, name: of the parameter
     node: str
     name: str
-    label: str
-    step: float = 0.1
-    most: float = float('inf')
+    label: str  # on the page
+    step: float = 0.1  # of its slider
+    most: float = float('inf')  # end of the slider, if below the largest accepted value
 
     @property
     def key(self) -> tuple[str, str]:
@@ -81,20 +74,13 @@ def tunables() -> tuple[Tunable, ...]:
 
 @dataclass(frozen=True)
 class Control:
-    """A checkbox or a slider for a parameter of a live node.
+    """A checkbox or a slider for a parameter of a live node."""
 
-    Attributes:
-        tunable: which parameter.
-        value: that it has.
-        hint: meaning and accepted values.
-        unit: of its value.
-        minimum, maximum: of its slider; None for a checkbox.
-    """
-
-    tunable: Tunable
-    value: Value
-    hint: str
-    unit: str = ''
+    tunable: Tunable  # which parameter
+    value: Value  # that it has
+    hint: str  # meaning and accepted values
+    unit: str = ''  # of its value
+    # minimum, maximum: of its slider; None for a checkbox
     minimum: float | None = None
     maximum: float | None = None
 

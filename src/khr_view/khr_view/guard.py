@@ -30,19 +30,12 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class AccessGuard:
-    """A listening socket, and the check of every request to it.
+    """A listening socket, and the check of every request to it."""
 
-    Attributes:
-        socket: bound and listening.
-        host: as the user named it.
-        port: that it listens on.
-        token: needed from other machines; empty if only this one can reach the socket.
-    """
-
-    socket: socket.socket = field(compare=False)
-    host: str
-    port: int
-    token: str = ''
+    socket: socket.socket = field(compare=False)  # bound and listening
+    host: str  # as the user named it
+    port: int  # that it listens on
+    token: str = ''  # needed from other machines; empty if only this one can reach the socket
 
     @property
     def address(self) -> str:

@@ -24,25 +24,15 @@ SIDE = 0.36  # m between two robots
 
 @dataclass
 class Player:
-    """The playback time of a recording.
+    """The playback time of a recording."""
 
-    Attributes:
-        end: of the longest run, s.
-        period: of a single step, s.
-        now: shown time, s.
-        speed: simulated over wall time.
-        playing: whether it is not paused.
-        loop: whether it restarts after the end.
-        rested: wall time since the end was reached, s.
-    """
-
-    end: float
-    period: float
-    now: float = 0.0
-    speed: float = 1.0
-    playing: bool = True
-    loop: bool = True
-    rested: float = 0.0
+    end: float  # of the longest run, s
+    period: float  # of a single step, s
+    now: float = 0.0  # shown time, s
+    speed: float = 1.0  # simulated over wall time
+    playing: bool = True  # whether it is not paused
+    loop: bool = True  # whether it restarts after the end
+    rested: float = 0.0  # wall time since the end was reached, s
 
     def play(self, on: bool) -> None:
         """Play (from the start if at the end) or pause."""

@@ -31,18 +31,13 @@ OPENED = (
 
 @dataclass(frozen=True)
 class Viewing:
-    """How a run is shown in a browser; see ``khr view --help``.
+    """How a run is shown in a browser; see ``khr view --help``."""
 
-    Attributes:
-        host, port: that the page is served on.
-        browser: whether to open it.
-        again: the action that follows the end of a run.
-    """
-
+    # host, port: that the page is served on
     host: str = '127.0.0.1'
     port: int = 0
-    browser: bool = True
-    again: EndAction = 'never'
+    browser: bool = True  # whether to open it
+    again: EndAction = 'never'  # the action that follows the end of a run
 
 
 def play(paths: Sequence[Path], viewing: Viewing, report: Report) -> int:

@@ -28,28 +28,18 @@ Stamps = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """The samples of one number of a topic, as recorded.
+    """The samples of one number of a topic, as recorded."""
 
-    Attributes:
-        topic, kind: name and type of the topic.
-        axis: of the number.
-        quantity: to which it belongs.
-        stamps: timestamps of the messages, ns, (N,); 0 without one.
-        logs: times of recording, ns, (N,).
-        values: in the shown unit, (N,).
-        frame: of the messages.
-        notes: on the recording, a sentence each.
-    """
-
+    # topic, kind: name and type of the topic
     topic: str
     kind: str
-    axis: str
-    quantity: Quantity
-    stamps: Stamps
-    logs: Stamps
-    values: Array
-    frame: str
-    notes: tuple[str, ...]
+    axis: str  # of the number
+    quantity: Quantity  # to which it belongs
+    stamps: Stamps  # timestamps of the messages, ns, (N,); 0 without one
+    logs: Stamps  # times of recording, ns, (N,)
+    values: Array  # in the shown unit, (N,)
+    frame: str  # of the messages
+    notes: tuple[str, ...]  # on the recording, a sentence each
 
     @property
     def label(self) -> str:

@@ -36,15 +36,10 @@ _COMPRESSED = b'\x28\xb5\x2f\xfd'  # the first bytes of zstd; CDR begins with 0
 
 @dataclass
 class Storage:
-    """The messages of an open recording.
+    """The messages of an open recording."""
 
-    Attributes:
-        readers: of its files, in their order.
-        notes: on its form, a sentence each.
-    """
-
-    readers: list[Reader]
-    notes: list[str] = field(default_factory=list)
+    readers: list[Reader]  # of its files, in their order
+    notes: list[str] = field(default_factory=list)  # on its form, a sentence each
 
     @property
     def connections(self) -> list[Connection]:

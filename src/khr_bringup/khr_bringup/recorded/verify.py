@@ -42,29 +42,17 @@ OF_PUSHES = tuple((SIMULATOR, name) for name in ('push_link', 'push_point', 'pus
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recorded run: how to repeat it, and the results to compare.
+    """A recorded run: how to repeat it, and the results to compare."""
 
-    Attributes:
-        scenario: as it ran, every parameter stated.
-        text: of the scenario, as in the bag.
-        trajectory_hash: SHA-256 in hex.
-        time_ns: simulated time at the end.
-        end: why it ended: duration, tilted, stopped.
-        changes: of parameters while it ran.
-        pushes: that came over their topic, as a scenario has them.
-        signals: periodic topics.
-        elsewhere: versions that differ from those here, though they should not matter.
-    """
-
-    scenario: Scenario
-    text: str
-    trajectory_hash: str
-    time_ns: int
-    end: str
-    changes: tuple[Change, ...]
-    pushes: tuple[str, ...]
-    signals: Messages
-    elsewhere: str
+    scenario: Scenario  # as it ran, every parameter stated
+    text: str  # of the scenario, as in the bag
+    trajectory_hash: str  # SHA-256 in hex
+    time_ns: int  # simulated time at the end
+    end: str  # why it ended: duration, tilted, stopped
+    changes: tuple[Change, ...]  # of parameters while it ran
+    pushes: tuple[str, ...]  # that came over their topic, as a scenario has them
+    signals: Messages  # periodic topics
+    elsewhere: str  # versions that differ from those here, though they should not matter
 
 
 def verify(bag: Path) -> int:

@@ -26,20 +26,14 @@ OPEN = 0.5  # share of the searched range above which a constant counts as open
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Candidates that fit.
+    """Candidates that fit."""
 
-    Attributes:
-        robots: the members, the best first.
-        tolerances: largest miss of a limit of a member, in tolerances of its row.
-        candidates, complete: numbers of measured candidates, and of those measured on every row.
-        fitting: number of complete candidates within these tolerances.
-    """
-
-    robots: tuple[Candidate, ...]
-    tolerances: float
+    robots: tuple[Candidate, ...]  # the members, the best first
+    tolerances: float  # largest miss of a limit of a member, in tolerances of its row
+    # candidates, complete: numbers of measured candidates, and of those measured on every row
     candidates: int
     complete: int
-    fitting: int
+    fitting: int  # number of complete candidates within these tolerances
 
     @property
     def best(self) -> Candidate:
@@ -95,17 +89,13 @@ def missed_rows(plan: CalibrationPlan, robot: Candidate) -> list[str]:
 
 @dataclass(frozen=True)
 class RowInConflict:
-    """A row that the best robot misses, and the rows that candidates miss which meet it.
+    """A row that the best robot misses, and the rows that candidates miss which meet it."""
 
-    Attributes:
-        row: its title.
-        meeting, candidates: numbers of candidates that meet it, and of all complete candidates.
-        missed: rows that the best of the former misses; empty if no candidate meets the row.
-    """
-
-    row: str
+    row: str  # its title
+    # meeting, candidates: numbers of candidates that meet it, and of all complete candidates
     meeting: int
     candidates: int
+    # rows that the best of the former misses; empty if no candidate meets the row
     missed: tuple[str, ...]
 
 

@@ -19,21 +19,14 @@ COARSE = 0.4  # deg, tolerance of the bisections of the search
 
 @dataclass(frozen=True)
 class Candidate:
-    """A candidate and its measurements.
+    """A candidate and its measurements."""
 
-    Attributes:
-        constants: by name.
-        values: the value of each seed by row and engine; a row after pruning is missing.
-        cost: of the measured rows, with an estimate of the others; of the worse engine.
-        complete: whether every row was measured with every seed.
-        runs: number of runs of the measurement.
-    """
-
-    constants: dict[str, float]
+    constants: dict[str, float]  # by name
+    # the value of each seed by row and engine; a row after pruning is missing
     values: dict[str, dict[str, list[float]]] = field(default_factory=dict)
-    cost: float = 0.0
-    complete: bool = False
-    runs: int = 0
+    cost: float = 0.0  # of the measured rows, with an estimate of the others; of the worse engine
+    complete: bool = False  # whether every row was measured with every seed
+    runs: int = 0  # number of runs of the measurement
 
     def value(self, title: str, engine: str | None = None) -> float:
         """Return the mean value of a row, over all engines or on one; NaN if not measured."""
@@ -53,23 +46,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Task:
-    """A candidate to measure.
+    """A candidate to measure."""
 
-    Attributes:
-        plan: with the rows.
-        constants: of the candidate.
-        engines: physics engines, the quick one first.
-        seeds: which ones.
-        prune_above: cost above which no further row is measured.
-        tolerance: of each bisection, deg.
-    """
-
-    plan: CalibrationPlan
-    constants: Mapping[str, float]
-    engines: tuple[str, ...]
-    seeds: tuple[int, ...]
-    prune_above: float
-    tolerance: float = COARSE
+    plan: CalibrationPlan  # with the rows
+    constants: Mapping[str, float]  # of the candidate
+    engines: tuple[str, ...]  # physics engines, the quick one first
+    seeds: tuple[int, ...]  # which ones
+    prune_above: float  # cost above which no further row is measured
+    tolerance: float = COARSE  # of each bisection, deg
 
 
 def measure_robot(task: Task) -> Candidate:

@@ -40,25 +40,15 @@ Origin = Literal['free', 'published', 'derived']
 
 @checked(frozen=True, config=STRICT)
 class FreeConstant:
-    """A constant of the search.
+    """A constant of the search."""
 
-    Attributes:
-        parameters: with its value, each ``node.key``.
-        range: of the search.
-        source: of the range.
-        origin: ``free`` if it is not published; otherwise the origin of ``value``.
-        value: published or derived range of its value.
-        logarithmic: whether equal ratios are equal steps.
-        whole: whether it is a whole number.
-    """
-
-    parameters: tuple[str, ...]
-    range: tuple[float, float]
-    source: str
-    origin: Origin = 'free'
-    value: tuple[float, float] | None = None
-    logarithmic: bool = False
-    whole: bool = False
+    parameters: tuple[str, ...]  # with its value, each node.key
+    range: tuple[float, float]  # of the search
+    source: str  # of the range
+    origin: Origin = 'free'  # free if it is not published; otherwise the origin of value
+    value: tuple[float, float] | None = None  # published or derived range of its value
+    logarithmic: bool = False  # whether equal ratios are equal steps
+    whole: bool = False  # whether it is a whole number
 
     def at(self, share: float) -> float:
         """Return the value at a share of the range, 0 to 1, rounded."""

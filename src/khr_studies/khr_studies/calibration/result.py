@@ -17,27 +17,18 @@ from khr_studies.calibration.plan import CalibrationPlan
 
 @dataclass(frozen=True)
 class Calibration:
-    """The result of ``khr calibrate``.
+    """The result of ``khr calibrate``."""
 
-    Attributes:
-        plan: constants and rows.
-        engine, seed, seeds: of the search.
-        runs: their number.
-        found: the ensemble.
-        searched: number of candidates of the search.
-        pareto: robots of which none is better in limits and in mechanism.
-        resisting: the rows that the best robot misses.
-    """
-
-    plan: CalibrationPlan
+    plan: CalibrationPlan  # constants and rows
+    # engine, seed, seeds: of the search
     engine: str
     seed: int
     seeds: int
-    runs: int
-    found: Ensemble
-    searched: int = 0
-    pareto: tuple[Candidate, ...] = ()
-    resisting: tuple[RowInConflict, ...] = ()
+    runs: int  # their number
+    found: Ensemble  # the ensemble
+    searched: int = 0  # number of candidates of the search
+    pareto: tuple[Candidate, ...] = ()  # robots of which none is better in limits and in mechanism
+    resisting: tuple[RowInConflict, ...] = ()  # the rows that the best robot misses
 
     @property
     def best(self) -> Candidate:
@@ -47,17 +38,11 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that matters to the results but is not searched, and its source.
+    """A constant that matters to the results but is not searched, and its source."""
 
-    Attributes:
-        name: of the parameter, ``node.key``; its default is the value.
-        kind: measured | published | derived | assumed.
-        source: in words.
-    """
-
-    name: str
-    kind: str
-    source: str
+    name: str  # of the parameter, node.key; its default is the value
+    kind: str  # measured | published | derived | assumed
+    source: str  # in words
 
 
 def fixed_constants() -> list[Constant]:

@@ -27,23 +27,15 @@ LOST_MISS = 4.0  # its miss; also the least miss of a walk that does not stay up
 
 @checked(frozen=True, config=STRICT)
 class WantedMargin:
-    """The edge of stability of a controller's loop, from the thesis's frequencies and gains.
+    """The edge of stability of a controller's loop, from the thesis's frequencies and gains."""
 
-    Attributes:
-        loop: of which controller; the hip's is measured with the ankle loop closed at ``ka``.
-        quantity: the critical gain, in units of the board, or the frequency there, Hz.
-        range: of the value.
-        tolerance: beyond the range.
-        ka: of the closed ankle loop.
-        weight: in the cost.
-    """
-
-    loop: Loop
+    loop: Loop  # of which controller; the hip's is measured with the ankle loop closed at ka
+    # the critical gain, in units of the board, or the frequency there, Hz
     quantity: Literal['gain', 'frequency']
-    range: tuple[float, float]
-    tolerance: Positive
-    ka: float = 0.0
-    weight: Positive = 1.0
+    range: tuple[float, float]  # of the value
+    tolerance: Positive  # beyond the range
+    ka: float = 0.0  # of the closed ankle loop
+    weight: Positive = 1.0  # in the cost
 
     @property
     def title(self) -> str:
@@ -106,20 +98,15 @@ class WantedLimit:
 
 @checked(frozen=True, config=STRICT)
 class WantedWalk:
-    """A walk; on its own a row that the robot must stay up.
+    """A walk; on its own a row that the robot must stay up."""
 
-    Attributes:
-        inclination_deg, ka, kh, surface: the walk.
-        cycles: of the gait.
-        weight: in the cost.
-    """
-
+    # inclination_deg, ka, kh, surface: the walk
     inclination_deg: float
     ka: float = 0.0
     kh: float = 0.0
     surface: Surface = 'smooth'
-    cycles: int = 4
-    weight: Positive = 1.0
+    cycles: int = 4  # of the gait
+    weight: Positive = 1.0  # in the cost
 
     @property
     def title(self) -> str:
@@ -143,22 +130,16 @@ class WantedWalk:
 
 @checked(frozen=True, config=STRICT)
 class WantedRatio:
-    """A quantity that is larger in one walk than in another.
+    """A quantity that is larger in one walk than in another."""
 
-    Attributes:
-        quantity: vibration (above 4 Hz) or the whole pitch rate, both root mean squares.
-        larger, smaller: the walks.
-        ratio: the least one.
-        tolerance: a factor below the least ratio.
-        weight: in the cost.
-    """
-
+    # vibration (above 4 Hz) or the whole pitch rate, both root mean squares
     quantity: Literal['vibration', 'rate']
+    # larger, smaller: the walks
     larger: WantedWalk
     smaller: WantedWalk
-    ratio: Positive = 1.05
-    tolerance: Annotated[float, Field(gt=1.0)] = 1.2
-    weight: Positive = 1.0
+    ratio: Positive = 1.05  # the least one
+    tolerance: Annotated[float, Field(gt=1.0)] = 1.2  # a factor below the least ratio
+    weight: Positive = 1.0  # in the cost
 
     @property
     def title(self) -> str:
@@ -183,19 +164,12 @@ class WantedRatio:
 
 @checked(frozen=True, config=STRICT)
 class WantedLine:
-    """A line of the gait cycle's spectrum that is larger than all others.
+    """A line of the gait cycle's spectrum that is larger than all others."""
 
-    Attributes:
-        walk: in which.
-        line: number of periods in a cycle.
-        tolerance: a factor below the largest other line.
-        weight: in the cost.
-    """
-
-    walk: WantedWalk
-    line: Annotated[int, Field(ge=1, lt=SHOWN_LINES)]
-    tolerance: Annotated[float, Field(gt=1.0)] = 1.3
-    weight: Positive = 1.0
+    walk: WantedWalk  # in which
+    line: Annotated[int, Field(ge=1, lt=SHOWN_LINES)]  # number of periods in a cycle
+    tolerance: Annotated[float, Field(gt=1.0)] = 1.3  # a factor below the largest other line
+    weight: Positive = 1.0  # in the cost
 
     @property
     def title(self) -> str:
@@ -217,22 +191,16 @@ class WantedLine:
 
 @checked(frozen=True, config=STRICT)
 class WantedSupport:
-    """A leg lift whose limit is a limit of single support.
+    """A leg lift whose limit is a limit of single support."""
 
-    Attributes:
-        ka, kh: gains.
-        beyond_deg: inclination of the measurement above the limit.
-        share: largest load on the lifted foot, as a share of the weight, when the robot tips.
-        tolerance: beyond it.
-        weight: in the cost.
-    """
-
+    # ka, kh: gains
     ka: float = 0.0
     kh: float = 0.0
-    beyond_deg: Positive = 0.3
+    beyond_deg: Positive = 0.3  # inclination of the measurement above the limit
+    # largest load on the lifted foot, as a share of the weight, when the robot tips
     share: Positive = 0.05
-    tolerance: Positive = 0.1
-    weight: Positive = 1.0
+    tolerance: Positive = 0.1  # beyond it
+    weight: Positive = 1.0  # in the cost
 
     @property
     def title(self) -> str:

@@ -34,24 +34,16 @@ SPREAD = 0.2  # standard deviation of the first generation of CMA-ES, in shares 
 class Search:
     """The settings that determine the candidates of a search.
 
-    Attributes:
-        plan: constants and rows.
-        engine: physics engine.
-        seed: of the optimiser.
-        seeds: of each measurement.
-        population: candidates of a generation.
-        candidates: their least number.
-
     Raises:
         KhrError: if a value is not accepted.
     """
 
-    plan: CalibrationPlan
-    engine: str
-    seed: int
-    seeds: int
-    population: int
-    candidates: int
+    plan: CalibrationPlan  # constants and rows
+    engine: str  # physics engine
+    seed: int  # of the optimiser
+    seeds: int  # of each measurement
+    population: int  # candidates of a generation
+    candidates: int  # their least number
 
     def __post_init__(self) -> None:
         integer('--candidates', self.candidates, 4, 1_000_000)
@@ -170,17 +162,11 @@ class Proposals:
 
 @dataclass
 class Measurement:
-    """Candidates that a pool measures and a journal keeps; none is measured twice.
+    """Candidates that a pool measures and a journal keeps; none is measured twice."""
 
-    Attributes:
-        journal: of the measured candidates.
-        pool: of workers.
-        began: of the measurement, s of the monotonic clock.
-    """
-
-    journal: Journal
-    pool: Pool
-    began: float = field(default_factory=monotonic)
+    journal: Journal  # of the measured candidates
+    pool: Pool  # of workers
+    began: float = field(default_factory=monotonic)  # of the measurement, s of the monotonic clock
 
     def measure(
         self, tasks: Sequence[Task], stage: str = SEARCH, message: str = ''

@@ -32,19 +32,13 @@ LIFTED_HEEL = 0.3  # N, force on a heel below which it has lifted
 
 @dataclass(frozen=True, eq=False)
 class MeasuredWalk:
-    """The measures of a walk.
+    """The measures of a walk."""
 
-    Attributes:
-        lasted: share of the run until the fall; 1 if the robot stayed up.
-        vibration: root mean square of the pitch rate above 4 Hz, rad/s.
-        rate: standard deviation of the pitch rate in the third cycle, rad/s.
-        lines: amplitudes of the pitch rate at multiples of the cycle's frequency in the third
-            cycle, rad/s, (SHOWN_LINES,).
-    """
-
-    lasted: float
-    vibration: float = np.nan
-    rate: float = np.nan
+    lasted: float  # share of the run until the fall; 1 if the robot stayed up
+    vibration: float = np.nan  # root mean square of the pitch rate above 4 Hz, rad/s
+    rate: float = np.nan  # standard deviation of the pitch rate in the third cycle, rad/s
+    # amplitudes of the pitch rate at multiples of the cycle's frequency in the third cycle, rad/s,
+    # (SHOWN_LINES,)
     lines: NDArray[np.float64] = field(default_factory=lambda: np.zeros(SHOWN_LINES))
 
 

@@ -163,15 +163,10 @@ def impulses_of_thesis() -> pd.DataFrame:
 
 @dataclass(frozen=True, eq=False)
 class LargestPushes:
-    """The largest pushes of robot and models, and motions near the limit without control.
+    """The largest pushes of robot and models, and motions near the limit without control."""
 
-    Attributes:
-        table: a row for each gain, from :func:`measure_push`.
-        near: motions just below and just above the limit.
-    """
-
-    table: pd.DataFrame
-    near: list[RobotAndModel]
+    table: pd.DataFrame  # a row for each gain, from measure_push
+    near: list[RobotAndModel]  # motions just below and just above the limit
 
 
 def largest_pushes(

@@ -34,53 +34,32 @@ CONTROLLED = (12.0, 18.0)  # K_A, of pushes of PUSHED
 
 @dataclass(frozen=True, eq=False)
 class PushedBody:
-    """A body after a push.
+    """A body after a push."""
 
-    Attributes:
-        force: of the push, N.
-        time: since the start of the push, s, (N,).
-        values: pitch rate, rad/s, or x_COM, m, (N,).
-        fell: whether the motion ends with a fall.
-        gain: K_A; 0 is no control.
-        gyro: one of GYROS.
-        direction: of the push.
-    """
-
-    force: float
-    time: Array
-    values: Array
-    fell: bool = False
-    gain: float = 0.0
-    gyro: str = 'circuit'
-    direction: Direction = 'behind'
+    force: float  # of the push, N
+    time: Array  # since the start of the push, s, (N,)
+    values: Array  # pitch rate, rad/s, or x_COM, m, (N,)
+    fell: bool = False  # whether the motion ends with a fall
+    gain: float = 0.0  # K_A; 0 is no control
+    gyro: str = 'circuit'  # one of GYROS
+    direction: Direction = 'behind'  # of the push
 
 
 @dataclass(frozen=True, eq=False)
 class PushedBothWays:
-    """One body pushed from both sides, with and without control.
+    """One body pushed from both sides, with and without control."""
 
-    Attributes:
-        half_foot: m.
-        inclination: of the ground, rad.
-        pushed: motions by x_COM.
-    """
-
-    half_foot: float
-    inclination: float
-    pushed: list[PushedBody]
+    half_foot: float  # m
+    inclination: float  # of the ground, rad
+    pushed: list[PushedBody]  # motions by x_COM
 
 
 @dataclass(frozen=True, eq=False)
 class RobotAndModel:
-    """The robot and the model of its body under one push, by x_COM.
+    """The robot and the model of its body under one push, by x_COM."""
 
-    Attributes:
-        force: of the push, N; it lasts PUSHED.
-        half_foot: of both, m.
-    """
-
-    force: float
-    half_foot: float
+    force: float  # of the push, N; it lasts PUSHED
+    half_foot: float  # of both, m
     robot: list[PushedBody]
     model: list[PushedBody]
 

@@ -53,22 +53,15 @@ GYROS: dict[str, dict[tuple[str, str], object]] = {
 class PushCondition:
     """The loop, and the duration and direction of a push.
 
-    Attributes:
-        gain: K_A as a setting of the board; 0 is no control.
-        duration: of the push, s.
-        direction: of its origin; a push from behind acts forward.
-        gyro: one of GYROS.
-        changes: further parameters by (node, key).
-
     Raises:
         KhrError: if a value is not accepted.
     """
 
-    gain: float = 0.0
-    duration: float = 0.1
-    direction: Direction = 'behind'
-    gyro: str = 'packaged'
-    changes: Changes = ()
+    gain: float = 0.0  # K_A as a setting of the board; 0 is no control
+    duration: float = 0.1  # of the push, s
+    direction: Direction = 'behind'  # of its origin; a push from behind acts forward
+    gyro: str = 'packaged'  # one of GYROS
+    changes: Changes = ()  # further parameters by (node, key)
 
     def __post_init__(self) -> None:
         one_of('direction', self.direction, DIRECTIONS)
@@ -117,21 +110,14 @@ class PushCondition:
 
 @dataclass(frozen=True)
 class Stance:
-    """The robot's stance with loaded servos.
+    """The robot's stance with loaded servos."""
 
-    Attributes:
-        point: the centre of mass in base_link, m, (3,).
-        pendulum: with the robot's mass, its height over the soles and the length of their contact.
-        ahead: distance of the centre of mass ahead of the foot's middle, m.
-        levers: height of the centre of mass above the axes of COMPLIANT, m.
-        inertia: of the robot about its centre of mass, in pitch, kg m^2.
-    """
-
-    point: tuple[float, ...]
+    point: tuple[float, ...]  # the centre of mass in base_link, m, (3,)
+    # with the robot's mass, its height over the soles and the length of their contact
     pendulum: Pendulum
-    ahead: float
-    levers: tuple[float, ...]
-    inertia: float
+    ahead: float  # distance of the centre of mass ahead of the foot's middle, m
+    levers: tuple[float, ...]  # height of the centre of mass above the axes of COMPLIANT, m
+    inertia: float  # of the robot about its centre of mass, in pitch, kg m^2
 
     def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
         """Return the pendulum about its tipping edge, and the inertia about this edge, kg m^2."""
@@ -190,19 +176,14 @@ def _stance(
 
 @dataclass(frozen=True)
 class PushResponse:
-    """The motion of the robot after a push.
+    """The motion of the robot after a push."""
 
-    Attributes:
-        time: since the start of the push, s, one value per control period.
-        x_com: horizontal distance of the centre of mass from the toes' edge, m, negative behind
-            it. For a push from the front, it is the distance from the heels' edge with the
-            opposite sign, as in the model's Recovery, so the band (4.7) is the same.
-        fell: whether the robot fell.
-    """
-
-    time: Array
+    time: Array  # since the start of the push, s, one value per control period
+    # horizontal distance of the centre of mass from the toes' edge, m, negative behind it. For a
+    # push from the front, it is the distance from the heels' edge with the opposite sign, as in
+    # the model's Recovery, so the band (4.7) is the same.
     x_com: Array
-    fell: bool
+    fell: bool  # whether the robot fell
 
 
 def push_robot(condition: PushCondition, force: float) -> PushResponse:

@@ -23,29 +23,23 @@ ENOUGH = 2  # seeds; one seed does not decide a row that varies with the seeds
 
 @dataclass(frozen=True)
 class Scoreboard:
-    """All comparisons with the thesis.
+    """All comparisons with the thesis."""
 
-    Attributes:
-        seeds: of each measurement.
-        limits, orders, standing, walks, trends: records by section of the page.
-        explanations: effects of single changes on the limits that miss; None if not measured.
-        widths: limits facing downhill and uphill.
-        slips_from_mm: slide per step at which a walk counts as slipping; None if not measured.
-        engines: physics engine of the measurements, and the other one, which repeats the limits.
-        robot: whose constants; the default one if empty.
-    """
-
-    seeds: int
+    seeds: int  # of each measurement
+    # limits, orders, standing, walks, trends: records by section of the page
     limits: Records
     orders: Records
     standing: Records
     walks: Records
     trends: Records
+    # effects of single changes on the limits that miss; None if not measured
     explanations: Records | None = None
-    widths: Records = ()
+    widths: Records = ()  # limits facing downhill and uphill
+    # slide per step at which a walk counts as slipping; None if not measured
     slips_from_mm: float | None = None
+    # physics engine of the measurements, and the other one, which repeats the limits
     engines: tuple[str, ...] = ()
-    robot: str = ''
+    robot: str = ''  # whose constants; the default one if empty
 
     @property
     def rows(self) -> Records:

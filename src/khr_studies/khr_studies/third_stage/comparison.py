@@ -27,17 +27,12 @@ class ModelLoop(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModelComparison:
-    """The linear model over a plane.
+    """The linear model over a plane."""
 
-    Attributes:
-        edges: of :func:`edges`.
-        growth: of the worst motion on the flat, 1/s, (times, scales), by hip gain.
-        loops: at the point nearest to the thesis's limits.
-    """
-
-    edges: pd.DataFrame
+    edges: pd.DataFrame  # of edges
+    # of the worst motion on the flat, 1/s, (times, scales), by hip gain
     growth: dict[float, Array]
-    loops: tuple[ModelLoop, ...]
+    loops: tuple[ModelLoop, ...]  # at the point nearest to the thesis's limits
 
 
 def compare_with_model(plane: Plane) -> ModelComparison:

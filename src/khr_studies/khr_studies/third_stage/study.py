@@ -49,17 +49,11 @@ ROOT = Path('runs/stage3')
 
 
 class Setting(NamedTuple):
-    """One point of the plane, with a hip gain.
+    """One point of the plane, with a hip gain."""
 
-    Attributes:
-        force_scale: of the force sensors, V/N; 0 is no control.
-        time_constant: of their low-pass, s.
-        hip_gain: K_H; 0 is the ankle loop alone.
-    """
-
-    force_scale: float
-    time_constant: float
-    hip_gain: float
+    force_scale: float  # of the force sensors, V/N; 0 is no control
+    time_constant: float  # of their low-pass, s
+    hip_gain: float  # K_H; 0 is the ankle loop alone
 
     def condition(self, engine: str) -> Condition:
         """Return the condition of the leg lift."""

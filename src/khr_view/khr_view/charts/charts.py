@@ -46,35 +46,23 @@ COMPUTED = (SLIP, BALANCE, CONSTANT)
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of a chart: a sum of weighted numbers of topics.
+    """A line of a chart: a sum of weighted numbers of topics."""
 
-    Attributes:
-        label: in the legend.
-        terms: topic, index of its number, and weight.
-        color: as in CSS.
-        dash: a key of DASHES.
-    """
-
-    label: str
-    terms: tuple[tuple[Topic, int, float], ...]
-    color: str
-    dash: str = ''
+    label: str  # in the legend
+    terms: tuple[tuple[Topic, int, float], ...]  # topic, index of its number, and weight
+    color: str  # as in CSS
+    dash: str = ''  # a key of DASHES
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Lines over time in one unit.
+    """Lines over time in one unit."""
 
-    Attributes:
-        title, unit: of the chart.
-        lines: at least one.
-        shown: whether the chart is shown by default.
-    """
-
+    # title, unit: of the chart
     title: str
     unit: str
-    lines: tuple[Curve, ...]
-    shown: bool = True
+    lines: tuple[Curve, ...]  # at least one
+    shown: bool = True  # whether the chart is shown by default
 
     @property
     def topics(self) -> set[Topic]:

@@ -24,17 +24,11 @@ THIN = 0.02  # Hz between the foot and the tip of a stick
 
 @dataclass(frozen=True)
 class PlacedPeak:
-    """A peak of the spectrum.
+    """A peak of the spectrum."""
 
-    Attributes:
-        frequency: Hz.
-        amplitude: rad/s.
-        cycle: of the gait, s; 0 if the robot does not walk.
-    """
-
-    frequency: float
-    amplitude: float
-    cycle: float = 0.0
+    frequency: float  # Hz
+    amplitude: float  # rad/s
+    cycle: float = 0.0  # of the gait, s; 0 if the robot does not walk
 
     @property
     def name(self) -> str:
@@ -44,23 +38,14 @@ class PlacedPeak:
 
 @dataclass(frozen=True, eq=False)
 class SpectrumLines:
-    """Columns over one axis of frequencies, Hz; amplitudes in rad/s.
+    """Columns over one axis of frequencies, Hz; amplitudes in rad/s."""
 
-    Attributes:
-        frequency: of all columns, increasing.
-        amplitude: of the spectrum.
-        gait: stems up to the largest amplitude at f_0 = 4/T and its multiples.
-        peaks: stems at the peaks.
-        level: a third of the largest amplitude.
-        tones: the peaks, the strongest first.
-    """
-
-    frequency: Array
-    amplitude: Array
-    gait: Array
-    peaks: Array
-    level: Array
-    tones: tuple[PlacedPeak, ...]
+    frequency: Array  # of all columns, increasing
+    amplitude: Array  # of the spectrum
+    gait: Array  # stems up to the largest amplitude at f_0 = 4/T and its multiples
+    peaks: Array  # stems at the peaks
+    level: Array  # a third of the largest amplitude
+    tones: tuple[PlacedPeak, ...]  # the peaks, the strongest first
 
     @property
     def columns(self) -> tuple[Array, ...]:

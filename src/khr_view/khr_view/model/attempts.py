@@ -18,17 +18,11 @@ HEADS = ('', 'gains', 'slope', 'verdict', 'slip, mm', 'vibration, deg/s')
 
 @dataclass(frozen=True)
 class Attempt:
-    """A finished run of the page.
+    """A finished run of the page."""
 
-    Attributes:
-        number: from 1.
-        cells: text of each column but the first.
-        ghost: its signals.
-    """
-
-    number: int
-    cells: tuple[str, ...]
-    ghost: Ghost
+    number: int  # from 1
+    cells: tuple[str, ...]  # text of each column but the first
+    ghost: Ghost  # its signals
 
 
 class Attempts:

@@ -15,18 +15,12 @@ from khr_common.errors import KhrError
 
 @dataclass(frozen=True)
 class GaitMotion:
-    """A motion from time 0 on.
+    """A motion from time 0 on."""
 
-    Attributes:
-        doing: activity of the robot, such as walking; empty if it is unknown.
-        end: of the motion with its pauses, s; inf if it has none.
-        cycle: of a walk, s; 0 if it does not walk.
-        swings: start and end of each time that a foot is in the air, s, by ``left``, ``right``.
-    """
-
-    doing: str = ''
-    end: float = inf
-    cycle: float = 0.0
+    doing: str = ''  # activity of the robot, such as walking; empty if it is unknown
+    end: float = inf  # of the motion with its pauses, s; inf if it has none
+    cycle: float = 0.0  # of a walk, s; 0 if it does not walk
+    # start and end of each time that a foot is in the air, s, by left, right
     swings: Mapping[str, Sequence[tuple[float, float]]] = field(default_factory=dict)
 
 

@@ -13,21 +13,13 @@ GREY = (0.6, 0.6, 0.6)
 
 @dataclass(frozen=True)
 class Shape:
-    """A box or a cylinder along z, in the frame of its link.
+    """A box or a cylinder along z, in the frame of its link."""
 
-    Attributes:
-        link: that it belongs to.
-        size: of a box along x, y and z; radius and length of a cylinder; m.
-        position: of its centre, m.
-        turn: roll, pitch and yaw, rad.
-        color: red, green and blue, 0 to 1.
-    """
-
-    link: str
-    size: Vector
-    position: Vector
-    turn: Vector
-    color: Vector
+    link: str  # that it belongs to
+    size: Vector  # of a box along x, y and z; radius and length of a cylinder; m
+    position: Vector  # of its centre, m
+    turn: Vector  # roll, pitch and yaw, rad
+    color: Vector  # red, green and blue, 0 to 1
 
 
 def shapes(robot: Robot) -> list[Shape]:

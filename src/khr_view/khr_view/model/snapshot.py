@@ -27,23 +27,14 @@ NEEDED = (JOINT_STATES, TRUE_POSE, TRUE_INCLINATION, *TRUE_FORCES)
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The scene of one sample, in odom: z upward, the slope through the origin; m, rad, N.
+    """The scene of one sample, in odom: z upward, the slope through the origin; m, rad, N."""
 
-    Attributes:
-        base: pose of base_link: x y z, quaternion x y z w.
-        joints: 17 angles.
-        inclination: of the slope, positive if it descends along x.
-        balance: centre of mass, capture point, centre of pressure and support.
-        forces: of l_toe l_heel r_toe r_heel in their frames, N, (4, 3).
-        torso: middle of the torso, at which pushes are shown, (3,).
-    """
-
-    base: tuple[float, ...]
-    joints: tuple[float, ...]
-    inclination: float
-    balance: Balance
-    forces: Array
-    torso: Array
+    base: tuple[float, ...]  # pose of base_link: x y z, quaternion x y z w
+    joints: tuple[float, ...]  # 17 angles
+    inclination: float  # of the slope, positive if it descends along x
+    balance: Balance  # centre of mass, capture point, centre of pressure and support
+    forces: Array  # of l_toe l_heel r_toe r_heel in their frames, N, (4, 3)
+    torso: Array  # middle of the torso, at which pushes are shown, (3,)
 
     @property
     def numbers(self) -> tuple[float, ...]:

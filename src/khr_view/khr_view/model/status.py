@@ -23,25 +23,16 @@ ROWS = (  # label, attribute of the outcome, unit, scale
 
 @dataclass
 class Status:
-    """The latest reports of a graph.
+    """The latest reports of a graph."""
 
-    Attributes:
-        scenario: name of the scenario; empty if it is unknown.
-        state: of the simulator; ``no run`` while there is none.
-        reason: of the state.
-        outcome: so far, by the monitor; None before its first report.
-        factor: simulated over wall time; None if it is unknown.
-        stage: of the control; 0 without stages.
-        late: in realtime mode, the late periods and the dropped corrections.
-    """
-
-    scenario: str = ''
-    state: str = 'no run'
-    reason: str = ''
+    scenario: str = ''  # name of the scenario; empty if it is unknown
+    state: str = 'no run'  # of the simulator; no run while there is none
+    reason: str = ''  # of the state
+    # so far, by the monitor; None before its first report
     outcome: Outcome | SensedOutcome | None = None
-    factor: float | None = None
-    stage: int = 0
-    late: str = ''
+    factor: float | None = None  # simulated over wall time; None if it is unknown
+    stage: int = 0  # of the control; 0 without stages
+    late: str = ''  # in realtime mode, the late periods and the dropped corrections
 
     @property
     def verdict(self) -> str:
