@@ -3,18 +3,29 @@
 import math
 import shutil
 import sqlite3
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import yaml
 from mcap.writer import Writer as McapWriter
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
+JAZZY = get_typestore(Stores.ROS2_JAZZY)
 TYPES = {name.rsplit('/', 1)[-1]: kind for name, kind in STORE.types.items()}
 EPOCH = 1_700_000_000_000_000_000  # ns
 IMU = 'sensor_msgs/msg/Imu'
+POLICIES = """- history: 3
+  depth: 0
+  reliability: 1
+  durability: 2
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: 1
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false"""
 
 
 def header(stamp_ns, frame='imu'):
@@ -84,10 +95,26 @@ def write_mcap(file, messages, topic='/imu/data', profile='ros2', definition=Tru
     return Path(file)
 
 
+def rewritten(bag, folder, name=lambda topic: topic, parts=1, **options):
+    """Write a rosbag2 again by rosbags, with other names of topics, in one file or several.
+
+    The options are those of :func:`write`.
+    """
+    with Reader(bag) as reader:
+        messages = [
+            (time_ns, JAZZY.deserialize_cdr(data, connection.msgtype), name(connection.topic))
+            for connection, time_ns, data in reader.messages()
+        ]
+    if parts == 1:
+        return write(folder, messages, **options)
+    bounds = [len(messages) * number // parts for number in range(parts + 1)]
+    return split(folder, [messages[a:b] for a, b in pairwise(bounds)], **options)
+
+
 def split(folder, parts, **options):
     """Write a rosbag2 in several files, as rosbag2 does at a limit of size or duration."""
     folder.mkdir()
-    names, whole, topics = [], [], None
+    names, whole, topics = [], [], {}
     for number, messages in enumerate(parts):
         part = write(folder / f'part_{number}', messages, **options)
         about = yaml.safe_load((part / 'metadata.yaml').read_text())
@@ -97,17 +124,14 @@ def split(folder, parts, **options):
         names.append(f'split_{8 + number}.{ending}')
         shutil.move(file, folder / names[-1])
         shutil.rmtree(part)
-    first = whole[0]
-    topics = first['topics_with_message_count']
-    for entry in topics:
-        entry['message_count'] = sum(
-            other['message_count']
-            for each in whole
-            for other in each['topics_with_message_count']
-            if other['topic_metadata']['name'] == entry['topic_metadata']['name']
-        )
-    first |= {
+        for entry in whole[-1]['topics_with_message_count']:
+            known = topics.setdefault(
+                entry['topic_metadata']['name'], entry | {'message_count': 0}
+            )
+            known['message_count'] += entry['message_count']
+    first = whole[0] | {
         'relative_file_paths': names,
+        'topics_with_message_count': list(topics.values()),
         'message_count': sum(each['message_count'] for each in whole),
         'files': [],
     }
@@ -115,15 +139,29 @@ def split(folder, parts, **options):
     return folder
 
 
+def as_iron(folder):
+    """Change metadata to those of ROS 2 Iron, with policies as numbers in a text."""
+    path = folder / 'metadata.yaml'
+    about = yaml.safe_load(path.read_text())
+    information = about['rosbag2_bagfile_information']
+    information['version'] = 6
+    information['topics_with_message_count'] = [
+        each | {'topic_metadata': each['topic_metadata'] | {'offered_qos_profiles': POLICIES}}
+        for each in information['topics_with_message_count']
+    ]
+    path.write_text(yaml.safe_dump(about))
+    return folder
+
+
 def as_humble(folder):
-    """Change an SQLite recording to the tables and metadata of ROS 2 Humble, without types."""
-    (file,) = folder.glob('*.db3')
-    with sqlite3.connect(file) as database:
-        database.executescript(
-            'DROP TABLE message_definitions; DROP TABLE schema; DROP TABLE metadata;'
-            'ALTER TABLE topics DROP COLUMN type_description_hash;'
-        )
-    database.close()
+    """Change metadata to those of ROS 2 Humble, and SQLite to its tables without types."""
+    for file in folder.glob('*.db3'):
+        with sqlite3.connect(file) as database:
+            database.executescript(
+                'DROP TABLE message_definitions; DROP TABLE schema; DROP TABLE metadata;'
+                'ALTER TABLE topics DROP COLUMN type_description_hash;'
+            )
+        database.close()
     path = folder / 'metadata.yaml'
     about = yaml.safe_load(path.read_text())
     information = about['rosbag2_bagfile_information']

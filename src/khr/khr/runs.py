@@ -172,8 +172,12 @@ def run(
 
 
 @checked
-def load(path: str | PathLike[str]) -> RunResult:
+def load(path: str | PathLike[str], *, namespace: str = '') -> RunResult:
     """Read a recorded run: a folder that ``khr run`` has written, or its bag.
+
+    Args:
+        path: the folder or bag; one of the files of the bag, too.
+        namespace: of the robot, in a bag of several.
 
     Raises:
         KhrError: if it is no bag, is damaged, or holds no run.
@@ -186,7 +190,7 @@ def load(path: str | PathLike[str]) -> RunResult:
         >>> recorded.trajectory_hash == repeated.trajectory_hash
         True
     """
-    recorded = RecordedRun(Path(path))
+    recorded = RecordedRun(Path(path), namespace=namespace)
     signals, outcome = recorded.signals
     if outcome is None:
         raise KhrError(f'{path}: no signals in it; accepted: the bag of a khr run')

@@ -107,13 +107,16 @@ class PlayedRuns:
         )
 
 
-def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = True) -> int:
+def play(
+    paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = True, namespace: str = ''
+) -> int:
     """Play runs back, side by side, until interrupted.
 
     Args:
         paths: folders of runs, or bags.
         guard: opens the guard of the page; called once the runs have been read.
         loop: whether they restart after their end.
+        namespace: of the robot, in a bag of several.
 
     Raises:
         KhrError: if a run cannot be read or the page not be served.
@@ -121,7 +124,7 @@ def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = T
     from khr_view.page.display import Display, Note
     from khr_view.page.playback_panel import PlaybackPanel
 
-    runs = [Timeline(path) for path in paths]
+    runs = [Timeline(path, namespace) for path in paths]
     interrupted: list[int] = []
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda caught, _: interrupted.append(caught))

@@ -40,7 +40,7 @@ class Viewing:
     again: EndAction = 'never'  # the action that follows the end of a run
 
 
-def play(paths: Sequence[Path], viewing: Viewing, report: Report) -> int:
+def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str = '') -> int:
     """Play recorded runs back in a browser until interrupted; return the exit code."""
     from khr_view import playback
 
@@ -49,7 +49,7 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report) -> int:
         _announce(opened, viewing.browser, report)
         return opened
 
-    return playback.play(paths, guard, viewing.again != 'never')
+    return playback.play(paths, guard, viewing.again != 'never', namespace)
 
 
 @contextmanager

@@ -146,7 +146,7 @@ def _kept(folder: Path, result: Result, options: Options, console: Console) -> l
         write_outcome(folder, result)
         began = result.time > 0.0 or result.end != 'stopped'
         if options.recorded and options.draw and began:
-            _draw(folder, result.scenario, console)
+            _draw(folder, console)
     except KhrError as error:
         failures.append(str(error))
     except KeyboardInterrupt:
@@ -154,10 +154,10 @@ def _kept(folder: Path, result: Result, options: Options, console: Console) -> l
     return failures
 
 
-def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
+def _draw(folder: Path, console: Console) -> None:
     from khr_report.run.overview import draw_run
 
     try:
-        draw_run(folder, scenario, folder / 'overview.png')
+        draw_run(folder, folder / 'overview.png')
     except KhrError as error:  # the run itself is done and kept
         print_line(console, f'khr: no overview: {error}')

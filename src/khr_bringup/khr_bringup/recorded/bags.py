@@ -15,7 +15,7 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup.recorded.mend import mend
-from khr_bringup.recorded.storage import ACCEPTED, files_of, is_recording, opened
+from khr_bringup.recorded.storage import ACCEPTED, decompressed, files_of, is_recording, opened
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
 from khr_common.interfaces import FINISHED, Topic
@@ -82,10 +82,7 @@ def existing_bag(bag: Path) -> Path:
 
 
 def read_messages(
-    bag: Path,
-    topics: Sequence[Topic],
-    numbers_of: NumbersOf = cdr.numbers_of,
-    namespace: str | None = None,
+    bag: Path, topics: Sequence[Topic], numbers_of: NumbersOf = cdr.numbers_of, namespace: str = ''
 ) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
@@ -113,7 +110,7 @@ def read_messages(
 
 
 def read_what_is_left(
-    bag: Path, topics: Sequence[Topic], namespace: str | None = None
+    bag: Path, topics: Sequence[Topic], namespace: str = ''
 ) -> tuple[Messages, str]:
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
@@ -130,11 +127,15 @@ def read_what_is_left(
         place = bag_of(bag)
         if isinstance(damage, AmbiguousError) or not place.exists():
             raise
-        with TemporaryDirectory() as folder, suppress(Exception):
-            mended = Path(folder) / 'mended.mcap'
+        with TemporaryDirectory() as folder:
             for file in files_of(place):
-                mend(file, mended)
-                _collect(mended, messages, namespace=namespace)
+                with suppress(Exception):
+                    whole = decompressed(file, Path(folder))
+                    if whole.suffix == '.mcap':
+                        mended = Path(folder) / 'mended.mcap'
+                        mend(whole, mended)
+                        whole = mended
+                    _collect(whole, messages, namespace=namespace)
         if not any(messages.values()):
             raise
         return messages, str(damage)
@@ -155,10 +156,7 @@ def _empty(topics: Sequence[Topic]) -> Messages:
 
 
 def _collect(
-    bag: Path,
-    messages: Messages,
-    numbers_of: NumbersOf = cdr.numbers_of,
-    namespace: str | None = None,
+    bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_of, namespace: str = ''
 ) -> None:
     whole = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     with opened(bag) as storage:
@@ -204,9 +202,7 @@ def _topic_of(connection: Connection, topics: Iterable[Topic]) -> Topic | None:
     )
 
 
-def namespace_of(
-    names: Iterable[str], topics: Iterable[Topic], namespace: str | None = None
-) -> str:
+def namespace_of(names: Iterable[str], topics: Iterable[Topic], namespace: str = '') -> str:
     """Return the namespace of the robot whose topics a recording holds.
 
     Args:
@@ -217,7 +213,7 @@ def namespace_of(
     Raises:
         AmbiguousError: if several namespaces have the same topic, and none is asked for.
     """
-    if namespace is not None:
+    if namespace:
         return namespace.strip('/')
     relative = [topic.name for topic in topics if not topic.name.startswith('/')]
     found = [
@@ -229,8 +225,8 @@ def namespace_of(
     by_number = Counter(found).most_common()
     if len(by_number) > 1 and '' not in found and by_number[0][1] < 2 * by_number[1][1]:
         raise AmbiguousError(
-            'several robots: namespace is needed; accepted: '
-            + ', '.join(sorted(f'--namespace /{each}' for each in set(found)))
+            'namespace: needed, there are several robots; accepted: '
+            + ', '.join(sorted(f'/{each}' for each in set(found)))
         )
     return '' if '' in found or not found else by_number[0][0]
 

@@ -7,10 +7,12 @@ from typing import Any
 from zlib import crc32
 
 import yaml
-from mcap.records import DataEnd, Footer, McapRecord, Metadata
+from mcap.records import DataEnd, Footer, McapRecord
+from mcap.records import Metadata as MetadataRecord
 from mcap.stream_reader import CRCValidationError, StreamReader
 
 from khr_analysis.recording import INFORMATION, METADATA_KEY
+from khr_bringup.recorded.storage import METADATA, files_of
 from khr_common.errors import KhrError
 
 ACCEPTED = 'accepted: a bag as its recorder left it'
@@ -18,31 +20,37 @@ _AFTER_SUMMARY = 12  # bytes: the checksum of the summary, and the magic of MCAP
 Records = dict[type[McapRecord], McapRecord]
 
 
-def check_bag(place: Path) -> None:
+def check_bag(place: Path) -> str:
     """Check a bag without decoding its messages.
 
     Args:
-        place: a rosbag2 folder, or an MCAP file.
+        place: a rosbag2 folder, or one of its files.
+
+    Returns:
+        Why it has no checksums, if another tool wrote it; else nothing.
 
     Raises:
         KhrError: if a file is not as it was written, or the metadata beside it say other
             than those in it.
     """
-    files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
+    files = files_of(place)
+    if [each.suffix for each in files] != ['.mcap']:
+        return 'split, compressed or SQLite'
+    (file,) = files
     try:
-        if len(files) != 1:
-            raise KhrError(f'{place}: {len(files)} MCAP files; accepted: a bag with one')
-        (file,) = files
         records = _read(file)
+        if not records:
+            return 'written by another tool'
         if place.is_dir():
-            _check_metadata(place / 'metadata.yaml', file, records)
+            _check_metadata(place / METADATA, file, records)
     except OSError as error:
         raise KhrError(f'{place}: {error.strerror or error}; {ACCEPTED}') from error
+    return ''
 
 
 def _check_metadata(beside: Path, file: Path, records: Records) -> None:
-    inside = records.get(Metadata)
-    if not isinstance(inside, Metadata) or METADATA_KEY not in inside.metadata:
+    inside = records.get(MetadataRecord)
+    if not isinstance(inside, MetadataRecord) or METADATA_KEY not in inside.metadata:
         raise KhrError(f'{file}: no metadata in it; {ACCEPTED}')
     own: Any = yaml.load(inside.metadata[METADATA_KEY], yaml.CSafeLoader)
     try:
@@ -68,6 +76,9 @@ def _check_metadata(beside: Path, file: Path, records: Records) -> None:
 def _read(file: Path) -> Records:
     """Return the last record of each kind, of a file that is as it was written.
 
+    Returns:
+        The records; none if the file was written without checksums.
+
     Raises:
         KhrError: if it is cut or changed by its checksums, or has none.
     """
@@ -85,10 +96,10 @@ def _read(file: Path) -> Records:
             raise
         except Exception as error:  # a damaged file fails in many ways inside the reader
             raise KhrError(f'{file}: cut or damaged; {ACCEPTED}') from error
+        if not (end.data_section_crc or footer.summary_crc):
+            return {}
         if not (end.data_section_crc and footer.summary_crc):
-            raise KhrError(
-                f'{file}: no checksums: written by another tool, or an older version; {ACCEPTED}'
-            )
+            raise KhrError(f'{file}: one of two checksums is missing; {ACCEPTED}')
         stream.seek(footer.summary_start)  # the reader checks all but the summary
         summary = stream.read(max(0, size - footer.summary_start - _AFTER_SUMMARY))
     if crc32(summary) != footer.summary_crc:

@@ -52,7 +52,7 @@ class RecordedRun:
         topics: to read from the bag besides ``ABOUT_THE_RUN``; the signals by default.
         salvage: read a damaged bag up to the damage.
         numbers_of: reader of the messages of a sampled topic.
-        namespace: of the robot, in a bag of several.
+        namespace: of the robot, in a bag of several; the only one if empty.
 
     Attributes:
         name: of the folder or bag.
@@ -66,7 +66,7 @@ class RecordedRun:
         *,
         salvage: bool = False,
         numbers_of: NumbersOf = cdr.numbers_of,
-        namespace: str | None = None,
+        namespace: str = '',
     ) -> None:
         self.path, self.name = path, path.resolve().name
         self.folder = path if path.is_dir() else path.parent
@@ -211,7 +211,8 @@ class RecordedRun:
         """
         series, outcome = series_of(self.messages, self.parameters, self.changes)
         if not series.time.size:
-            raise KhrError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
+            inside = f'namespace {self._namespace}' if self._namespace else 'it'
+            raise KhrError(f'{self.path}: no signals in {inside}; accepted: the bag of a khr run')
         return series, outcome
 
     @cached_property

@@ -12,8 +12,9 @@ from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import Recording
 from khr_bringup.recorded.bags import bag_of
-from khr_bringup.recorded.mend import mend
+from khr_bringup.recorded.storage import is_indexed, is_recording, opened
 from khr_common.errors import KhrError
+from khr_common.text.quoting import one_line
 
 
 @dataclass(frozen=True)
@@ -33,29 +34,23 @@ def recover(bag: Path) -> Recovered | None:
         bag: the bag, or the folder of the run that holds it (then its newest bag).
 
     Returns:
-        The recovered bag; None if the bag is whole.
+        The recovered bag, in one file; None if the bag is whole.
 
     Raises:
         KhrError: if it is no bag, holds no whole message, or has been recovered before.
         OSError: if the new bag cannot be written; the old one is then as it was.
     """
     place = bag_of(bag)
-    files = sorted(place.glob('*.mcap')) if place.is_dir() else []
-    if len(files) != 1:
-        raise KhrError(
-            f'{bag}: {len(files)} MCAP files; accepted: a rosbag2 folder with one, or the folder '
-            'of a run'
-        )
+    if not place.is_dir() or not is_recording(place):
+        raise KhrError(f'{bag}: no bag; accepted: a rosbag2 folder, or the folder of a run')
     if _is_whole(place):
         return None
     kept = place.with_name(f'{place.name}.cut')
     if kept.exists():
         raise KhrError(f'{kept}: exists; accepted: a bag that has not been recovered before')
     with TemporaryDirectory(dir=place.parent, prefix='.recover-') as folder:
-        mended = Path(folder) / 'mended.mcap'
-        mend(files[0], mended)
         new = Path(folder) / place.name
-        messages, end_ns = _rewrite(bag, mended, new)
+        messages, end_ns = _rewrite(bag, place, new)
         place.rename(kept)
         shutil.move(new, place)
     return Recovered(place, messages, end_ns / 1e9, kept)
@@ -64,25 +59,26 @@ def recover(bag: Path) -> Recovered | None:
 def _is_whole(place: Path) -> bool:
     try:
         with Reader(place):
-            return True
+            return all(is_indexed(file) for file in place.glob('*.mcap'))
     except Exception:  # a damaged bag fails in many ways inside the reader
         return False
 
 
-def _rewrite(bag: Path, mended: Path, new: Path) -> tuple[int, int]:
+def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int]:
     """Return how many messages were written, and the time of the last, ns."""
     recording, end_ns = Recording(new), 0
     try:
-        with Reader(mended) as reader:
-            for connection in reader.connections:
-                recording.add_topic(connection.topic, connection.msgtype, _latched(connection.ext))
-            for connection, time_ns, data in reader.messages():
+        with opened(place, salvage=True) as storage:
+            for each in storage.connections:
+                if each.topic not in recording.counts:
+                    recording.add_topic(each.topic, each.msgtype, _latched(each.ext))
+            for connection, time_ns, data in storage.messages(storage.connections):
                 recording.write(connection.topic, data, time_ns)
-                end_ns = time_ns
-    except OSError:
+                end_ns = max(end_ns, time_ns)
+    except (OSError, KhrError):
         raise
     except Exception as error:
-        text = ' '.join(str(error).split()) or type(error).__name__
+        text = one_line(str(error)) or type(error).__name__
         raise KhrError(
             f'{bag}: cannot be recovered ({text}); accepted: a bag that a recorder was writing'
         ) from error

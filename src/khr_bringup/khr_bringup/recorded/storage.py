@@ -8,11 +8,13 @@ files are MCAP or SQLite, several if the recording was split, and may be compres
 from __future__ import annotations
 
 import shutil
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import zstandard
 from mcap.exceptions import McapError
@@ -20,6 +22,7 @@ from mcap.reader import make_reader
 from mcap.writer import MCAP0_MAGIC
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.reader import DirectoryReader
 
 from khr_bringup.recorded.mend import mend
 from khr_common.errors import KhrError
@@ -38,7 +41,7 @@ _COMPRESSED = b'\x28\xb5\x2f\xfd'  # the first bytes of zstd; CDR begins with 0
 class Storage:
     """The messages of an open recording."""
 
-    readers: list[Reader]  # of its files, in their order
+    readers: list[Any]  # of its files, in their order
     notes: list[str] = field(default_factory=list)  # on its form, a sentence each
 
     @property
@@ -95,14 +98,19 @@ def opened(place: Path, salvage: bool = False) -> Iterator[Storage]:
                     raise
                 trouble = f'{METADATA} cannot be used ({one_line(str(error))})'
             else:
-                if all(_is_indexed(file) for file in place.glob('*.mcap')):
-                    yield Storage([reader])
+                assert isinstance(reader.storage, DirectoryReader)
+                inside = Storage(list(reader.storage.storages))
+                if trouble := _misfit(reader, inside):
+                    if not salvage:
+                        raise ValueError(trouble)
+                elif all(is_indexed(file) for file in place.glob('*.mcap')):
+                    yield inside
                     return
         files = files_of(place) if is_recording(place) else []
         if not files:
             raise KhrError(f'{place}: not a recording; {ACCEPTED}')
         folder = Path(stack.enter_context(TemporaryDirectory()))
-        storage = Storage([_reader(stack, file, folder, salvage) for file in files])
+        storage = _read_files(stack, files, folder, salvage)
         if place.is_dir() and trouble:
             storage.notes.append(
                 f'{trouble}: the files are read without it ("ros2 bag reindex" or "khr recover" '
@@ -111,30 +119,68 @@ def opened(place: Path, salvage: bool = False) -> Iterator[Storage]:
         yield storage
 
 
+def _misfit(stated: Reader, inside: Storage) -> str:
+    """Return how the numbers of messages by the metadata differ from those in the files."""
+    counts = [Counter[str](), Counter[str]()]
+    for count, connections in zip(counts, (stated.connections, inside.connections), strict=True):
+        for each in connections:
+            count[each.topic] += each.msgcount
+    by_metadata, found = counts
+    return next(
+        (
+            f'{name}: {found[name]} messages, {by_metadata[name]} by {METADATA}'
+            for name in sorted(found | by_metadata)
+            if found[name] != by_metadata[name]
+        ),
+        '',
+    )
+
+
+def _read_files(stack: ExitStack, files: list[Path], folder: Path, salvage: bool) -> Storage:
+    """Open files one by one; to salvage is to leave out those that cannot be read."""
+    storage = Storage([])
+    for file in files:
+        try:
+            storage.readers.append(_reader(stack, file, folder, salvage))
+        except Exception as error:
+            last = file is files[-1] and not storage.readers
+            if last or not salvage:
+                raise
+            text = one_line(str(error)) or type(error).__name__
+            storage.notes.append(f'{file.name} is left out: it cannot be read ({text}).')
+    return storage
+
+
+def decompressed(file: Path, folder: Path) -> Path:
+    """Return a file, or its decompressed copy in the folder."""
+    if file.suffix != '.zstd':
+        return file
+    whole = folder / file.stem
+    with file.open('rb') as stream, whole.open('wb') as out:
+        shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(stream), out)
+    return whole
+
+
 def _reader(stack: ExitStack, file: Path, folder: Path, salvage: bool) -> Reader:
     """Open one file; decompress or mend it into the folder first, if necessary."""
-    if file.suffix == '.zstd':
-        whole = folder / file.stem
-        with file.open('rb') as stream, whole.open('wb') as out:
-            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(stream), out)
-        file = whole
+    file = decompressed(file, folder)
     try:
         reader = stack.enter_context(Reader(file))
-        if file.suffix != '.mcap' or _is_indexed(file):
+        if file.suffix != '.mcap' or is_indexed(file):
             return reader
         raise McapError(f'{file.name}: no index of its messages')
-    except Exception:  # the reader of rosbags takes the profile of ROS and an index for granted
+    except Exception as error:  # rosbags takes the profile of ROS and an index for granted
         if file.suffix != '.mcap' or not (salvage or _is_whole(file)):
             raise
         mended = folder / f'mended-{file.name}'
         mend(file, mended)
         reader = stack.enter_context(Reader(mended))
         if not reader.message_count:
-            raise
+            raise McapError(f'no whole message in {file.name}') from error
         return reader
 
 
-def _is_indexed(file: Path) -> bool:
+def is_indexed(file: Path) -> bool:
     """Return whether every chunk of an MCAP file has an index of its messages.
 
     The reader of rosbags finds nothing in a chunk without one.

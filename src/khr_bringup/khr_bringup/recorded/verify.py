@@ -55,11 +55,12 @@ class Recorded:
     elsewhere: str  # versions that differ from those here, though they should not matter
 
 
-def verify(bag: Path) -> int:
+def verify(bag: Path, namespace: str = '') -> int:
     """Repeat the run of a bag, print both trajectory hashes and all that differs.
 
     Args:
         bag: the bag, or the folder of the run that holds it.
+        namespace: of the robot, in a bag of several.
 
     Returns:
         0 if the repetition gives the bag and the other files of the run.
@@ -70,8 +71,10 @@ def verify(bag: Path) -> int:
             is unknown.
     """
     place = existing_bag(bag)
-    check_bag(place)
-    recorded = read_recorded(bag)
+    unchecked = check_bag(place)
+    recorded = read_recorded(bag, namespace)
+    if unchecked:
+        print(f'no checksums ({unchecked}): only its numbers are compared')
     print(
         f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
         f'ended by {recorded.end}'
@@ -97,14 +100,14 @@ def verify(bag: Path) -> int:
     return 0 if same else 1
 
 
-def read_recorded(bag: Path) -> Recorded:
+def read_recorded(bag: Path, namespace: str = '') -> Recorded:
     """Read the run of a bag.
 
     Raises:
         KhrError: if it is no bag, is damaged, has no scenario or end of a run, was made by
             another version of the project, or lacks something that the repetition needs.
     """
-    run = RecordedRun(bag, compared_topics(), numbers_of=numbers_of)
+    run = RecordedRun(bag, compared_topics(), numbers_of=numbers_of, namespace=namespace)
     messages, state = run.messages, run.final_state
     if not messages[SCENARIO]:
         raise KhrError(f'{bag}: no scenario in it; accepted: the bag of a khr run')

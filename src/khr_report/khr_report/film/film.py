@@ -47,6 +47,7 @@ def render_run(
     size: tuple[int, int, float] = (960, 720, 25.0),
     against: str | None = None,
     show: Show = lambda what, seconds, whole: None,
+    namespace: str = '',
 ) -> list[Path]:
     """Render a run to MP4 and GIF, or one picture of it to PNG; return the files.
 
@@ -59,6 +60,7 @@ def render_run(
         size: width and height in px, pictures per s.
         against: another run, given as ``run``, on the right; each picture has ``size``.
         show: called with the name of the task, its progress and its total, s.
+        namespace: of the robot, in a bag of several.
 
     Raises:
         KhrError: if an argument is not accepted or the files cannot be written.
@@ -66,7 +68,7 @@ def render_run(
     """
     runs = [run] if against is None else [run, against]
     look = _look(*size, panels=len(runs))
-    chosen = [source_of(each) for each in runs]
+    chosen = [source_of(each, namespace) for each in runs]
     _within(max(each.length for each in chosen), still, part)
     base = _base(run, chosen[0].scenario, out)
     make_folder(base.parent)

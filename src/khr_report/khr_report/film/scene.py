@@ -128,7 +128,7 @@ class Source:
     changes: tuple[Change, ...] = ()  # of parameters while it ran
 
 
-def source_of(run: str) -> Source:
+def source_of(run: str, namespace: str = '') -> Source:
     """Return a recorded run as it was recorded; a scenario, or a run without a bag, is run.
 
     Raises:
@@ -136,11 +136,13 @@ def source_of(run: str) -> Source:
     """
     path = Path(run)
     if path.exists() and path.suffix not in SCENARIO_FILES:
-        recorded = RecordedRun(path, POSES, salvage=True)
+        recorded = RecordedRun(path, POSES, salvage=True, namespace=namespace)
         if recorded.has_bag:
             kept = recorded_frames(recorded)
             length = kept[-1].time
             return Source(recorded.parameters, length, lambda _: kept, recorded.changes)
+    if namespace:
+        raise KhrError(f'--namespace: {run} has no bag; accepted: the bag of several robots')
     scenario = scenario_of(run)
     return Source(scenario, duration(scenario), lambda show: frames(scenario, run, show))
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from khr_bringup.changes import Change
-from khr_bringup.recorded.bags import bag_of
+from khr_bringup.recorded.bags import AmbiguousError, bag_of
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
@@ -71,6 +71,8 @@ class RunContents:
         """Return a part; None if it cannot be read, which is noted."""
         try:
             return part()
+        except AmbiguousError:
+            raise
         except KhrError as error:
             self.notes.append(f'{error}{note}')
             return None
@@ -81,7 +83,7 @@ def is_foreign(path: Path, namespace: str = '') -> bool:
     place = bag_of(path)
     if not path.exists() or not is_recording(place) or (path.is_dir() and place != path):
         return False
-    run = RecordedRun(path, salvage=True, namespace=namespace or None)
+    run = RecordedRun(path, salvage=True, namespace=namespace)
     if not run.readable:
         return False
     known = (SCENARIO_TOPIC, OUTCOME, STATE, TRUE_POSE)
@@ -96,7 +98,7 @@ def contents_of(path: Path, namespace: str = '') -> RunContents:
     """
     if not path.exists():
         raise KhrError(f'{path}: no such run; {ACCEPTED}')
-    run = RecordedRun(path, salvage=True, namespace=namespace or None)
+    run = RecordedRun(path, salvage=True, namespace=namespace)
     found = RunContents(run.name, run.folder)
     if path.is_dir():
         found.notes += [f'{n} is missing' for n in (SCENARIO, FILE) if not (path / n).is_file()]

@@ -123,15 +123,15 @@ class Pane:
             legend_above(axis)
 
 
-def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
-    """Draw the overview of a run as PNG."""
-    run = RecordedRun(bag)
+def draw_run(bag: Path, out: Path, namespace: str = '') -> None:
+    """Draw the overview of a run as a picture; ``namespace`` is that of the robot in the bag."""
+    run = RecordedRun(bag, namespace=namespace)
     series, outcome = run.signals
     fell = outcome.fell_at if outcome else None
     events = events_of(fell, run.changes, series.time, series.stage)
     with styled():
-        figure = overview(series, scenario, events)
-        with written(path) as part:
+        figure = overview(series, run.parameters, events)
+        with written(out) as part:
             save(figure, part)
 
 

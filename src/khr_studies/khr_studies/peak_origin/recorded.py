@@ -55,7 +55,7 @@ def peaks_of_recording(
         KhrError: if there is no recording, it is damaged, or it has no such topic or axis.
     """
     if not (topic or axis):
-        run = RecordedRun(path, namespace=namespace or None)
+        run = RecordedRun(path, namespace=namespace)
         if run.has_scenario:
             return peaks_of(str(path), run.parameters, run.series)
     channel = read_channel(path, topic, axis, namespace)

@@ -38,6 +38,7 @@ def film(
     against: Annotated[
         str | None, typer.Option(help='Another run to show on the right, of the same size.')
     ] = None,
+    namespace: NamespaceOption = '',
 ) -> None:
     """Render a run to MP4 and GIF, or one picture of it to PNG."""
     from khr_report.film.film import render_run
@@ -45,7 +46,14 @@ def film(
     size = (width, height, rate)
     with ProgressBar(unit='s') as bar:
         files = render_run(
-            _filmed(run), out, still, (start, end), size, against and _filmed(against), bar.show
+            _filmed(run),
+            out,
+            still,
+            (start, end),
+            size,
+            against and _filmed(against),
+            bar.show,
+            namespace,
         )
     for path in files:
         print(path)
@@ -68,7 +76,6 @@ def report(
     namespace: NamespaceOption = '',
 ) -> None:
     """Write a page about a run, one that compares two, or one about any recording."""
-    from khr.runs import load
     from khr_report.plots.paper import PICTURES
     from khr_report.run.overview import draw_run
     from khr_report.run.page import report as write
@@ -78,7 +85,7 @@ def report(
             raise KhrError(
                 f'--out: {str(out)!r} is not accepted with --against; accepted: a name in .html'
             )
-        draw_run(run_named(str(run)), load(run_named(str(run))).scenario, out)
+        draw_run(run_named(str(run)), out, namespace)
         print(out)
         return
     other = run_named(str(against)) if against else None
@@ -87,11 +94,12 @@ def report(
 
 def verify_bag(
     bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
+    namespace: NamespaceOption = '',
 ) -> None:
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
     from khr_bringup.recorded.verify import verify
 
-    raise typer.Exit(verify(run_named(str(bag))))
+    raise typer.Exit(verify(run_named(str(bag)), namespace))
 
 
 def recover_bag(
@@ -125,6 +133,7 @@ def export(
     motion: Annotated[
         bool, typer.Option(help='Write the key frames of the motion instead.')
     ] = False,
+    namespace: NamespaceOption = '',
 ) -> None:
     """Write joints, pose, forces, corrections and balance of a run over time as CSV or Parquet."""
     if motion:
@@ -141,7 +150,7 @@ def export(
     writers = {'.csv': pyarrow.csv.write_csv, '.parquet': pyarrow.parquet.write_table}
     if file.suffix not in writers:
         raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.parquet')
-    loaded = load(folder)
+    loaded = load(folder, namespace=namespace)
     table = loaded.table()
     if file.suffix == '.csv':  # one column for each signal, with its unit and angles in deg
         balance = {f'{name}, m': table[name] for name in table.column_names if 'balance' in name}

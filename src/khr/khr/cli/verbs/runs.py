@@ -13,6 +13,7 @@ from khr.cli.verbs.options import (
     AnkleGainOption,
     DomainOption,
     HipGainOption,
+    NamespaceOption,
     OutOption,
     OwnEngineOption,
     RecordOption,
@@ -189,18 +190,22 @@ def view(
     kh: HipGainOption = None,
     engine: OwnEngineOption = None,
     domain: DomainOption = None,
+    namespace: NamespaceOption = '',
 ) -> None:
     """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
     from khr_bringup.graph.graph import RunOptions
+    from khr_bringup.recorded.storage import is_recording
     from khr_view.viewing import Viewing, play
 
     source = str(run_named(source))
-    if against is not None or Path(source).is_dir() or source.endswith('.mcap'):
+    if against is not None or Path(source).is_dir() or is_recording(Path(source)):
         both = [Path(source), *([run_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
-        raise typer.Exit(play(both, Viewing(host, port, browser, again), report))
+        raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
+    if namespace:
+        raise KhrError(f'--namespace: {source} is no recording; accepted: one of several robots')
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))

@@ -1,0 +1,196 @@
+"""Every verb reads a run from every form of its bag, and the answers agree."""
+
+from functools import partial
+
+import pytest
+from rosbags.rosbag2 import Reader
+from typer.testing import CliRunner
+
+import khr
+from khr.cli.app import app
+from khr_bringup.recorded.channel import read_channel
+from khr_bringup.recorded.recorded_run import RecordedRun
+from khr_bringup.recorded.recover import recover
+from khr_bringup.recorded.verify import verify
+from khr_common.errors import KhrError
+from khr_report.film.scene import source_of
+from khr_report.run.contents import contents_of, is_foreign
+from khr_studies.peak_origin.recorded import peaks_of_recording
+from khr_view.model.recorded import Timeline
+from tests.fakes.recordings import JAZZY, as_humble, as_iron, rewritten, tone, write
+from tests.support import runs
+
+SIMPLE = [
+    (plugin, compressed)
+    for plugin in ('mcap', 'sqlite3')
+    for compressed in ('none', 'file', 'message', 'storage')
+    if (plugin, compressed) != ('sqlite3', 'storage')
+]
+
+
+@pytest.fixture(scope='module')
+def run(tmp_path_factory):
+    """Return the folder of a real run."""
+    folder = tmp_path_factory.mktemp('real') / 'run'
+    ended = runs.khr('run', 'stand_0deg', '--duration', 0.3, '--no-draw', '--out', folder)
+    assert ended.code == 0, ended.err
+    return folder
+
+
+def answers(path, namespace=''):
+    """Return the answers of lines, load, view, film and report; all must be able to read it."""
+    peaks = peaks_of_recording(path, namespace=namespace)
+    loaded = khr.load(path, namespace=namespace)
+    shown = Timeline(path, namespace)
+    filmed = source_of(str(path), namespace).frames(lambda _: None)
+    reported = contents_of(path, namespace)
+    assert not is_foreign(path, namespace)
+    return (
+        (peaks.signal, peaks.begin, peaks.end, peaks.peaks),
+        (loaded.trajectory_hash, loaded.verdict, loaded.end, loaded.signals.pitch.tolist()),
+        (shown.end, shown.title, shown.damage, len(shown.stamps)),
+        [(frame.time, *frame.truth.position) for frame in filmed],
+        (reported.record, reported.series.pitch.tolist(), reported.version),
+    )
+
+
+def check(run, bag, *, metadata=True):
+    """Compare what is read of a bag with what is read of the run's own, file and folder alike."""
+    expected = answers(run / 'bag')
+    assert answers(bag) == expected
+    assert verify(bag) == 0
+    files = [each for each in bag.iterdir() if each.name != 'metadata.yaml']
+    if len(files) == 1:
+        assert answers(files[0]) == expected
+    if metadata:
+        (bag / 'metadata.yaml').unlink()
+        check(run, bag, metadata=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('plugin', 'compressed'), SIMPLE)
+def test_a_rewritten_bag_gives_the_same_answers(run, tmp_path, capsys, plugin, compressed):
+    check(run, rewritten(run / 'bag', tmp_path / 'b', plugin=plugin, compressed=compressed))
+    assert 'no checksums (' in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('plugin', 'compressed'), SIMPLE)
+def test_a_split_bag_gives_the_same_answers(run, tmp_path, plugin, compressed):
+    form = {'plugin': plugin, 'compressed': compressed}
+    check(run, rewritten(run / 'bag', tmp_path / 'b', parts=3, **form))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('distribution', [as_humble, as_iron])
+@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize('parts', [1, 2])
+def test_metadata_of_older_distributions_are_read(run, tmp_path, distribution, plugin, parts):
+    check(run, distribution(rewritten(run / 'bag', tmp_path / 'b', parts=parts, plugin=plugin)))
+
+
+@pytest.mark.parametrize('name', ['bag.mcap', 'bag.db3', 'bag.mcap.zstd', 'bag'])
+def test_view_plays_any_recording(tmp_path, monkeypatch, name):
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / name).exists() or (tmp_path / name).touch()
+    played = []
+    monkeypatch.setattr('khr_view.viewing.play', lambda *given: played.append(given) or 0)
+    done = CliRunner().invoke(app, ['view', str(tmp_path / name), '--namespace', 'a'])
+    assert done.exit_code == 0, done.output
+    assert [(paths, namespace) for paths, *_, namespace in played] == [([tmp_path / name], 'a')]
+
+
+# ---- several robots ----
+
+
+@pytest.fixture(scope='module')
+def robots(run, tmp_path_factory):
+    """Return a bag of two robots, of which the second has done nothing for the first half."""
+    folder = tmp_path_factory.mktemp('robots')
+    bags = [rewritten(run / 'bag', folder / each, partial(inside, each)) for each in ('a', 'b')]
+    return write(folder / 'both', [each for bag in bags for each in messages_of(bag)])
+
+
+def inside(namespace, topic):
+    return topic if topic == '/scenario' else f'/{namespace}{topic}'
+
+
+def messages_of(bag):
+    with Reader(bag) as reader:
+        for connection, time_ns, data in reader.messages():
+            if (bag.name, connection.topic) != ('b', '/scenario'):
+                message = JAZZY.deserialize_cdr(data, connection.msgtype)
+                yield time_ns, message, connection.topic
+
+
+VERBS = {
+    'lines': peaks_of_recording,
+    'load': lambda path, namespace='': khr.load(path, namespace=namespace),
+    'view': Timeline,
+    'film': lambda path, namespace='': source_of(str(path), namespace),
+    'report': contents_of,
+    'verify': verify,
+}
+
+
+@pytest.mark.parametrize('verb', VERBS)
+def test_each_verb_asks_which_of_two_robots(robots, verb):
+    with pytest.raises(KhrError, match=r'several robots; accepted: /a, /b$'):
+        VERBS[verb](robots)
+
+
+def test_each_robot_is_read_as_if_alone(run, robots):
+    expected = answers(run / 'bag')
+    assert answers(robots, 'a') == answers(robots, '/b') == expected
+    assert verify(robots, 'a') == 0
+    with pytest.raises(KhrError, match='no signals in namespace c; accepted'):
+        khr.load(robots, namespace='c')
+
+
+@pytest.mark.parametrize('verb', ['view', 'film'])
+def test_a_scenario_has_no_namespace(verb):
+    done = CliRunner().invoke(app, [verb, 'stand_0deg', '--namespace', 'a'])
+    assert 'khr' not in done.output and isinstance(done.exception, KhrError)
+    assert str(done.exception).startswith('--namespace: stand_0deg ')
+
+
+# ---- not of khr ----
+
+
+@pytest.mark.parametrize('verb', ['load', 'view', 'film', 'verify'])
+def test_a_verb_that_needs_a_run_says_so_of_another_recording(tmp_path, verb):
+    bag = write(tmp_path / 'bag', tone(7.0, 50.0), topic='/imu/data_raw')
+    with pytest.raises(KhrError, match=r'accepted: .*khr run') as caught:
+        VERBS[verb](bag)
+    assert '\n' not in str(caught.value)
+
+
+# ---- recovered ----
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('compressed', ['none', 'file'])
+def test_a_split_bag_whose_last_file_is_cut_is_recovered(run, tmp_path, compressed):
+    """Only files that were closed are compressed."""
+    bag = rewritten(run / 'bag', tmp_path / 'bag', parts=3, compressed=compressed)
+    plain = rewritten(run / 'bag', tmp_path / 'plain', parts=3)
+    (bag / 'metadata.yaml').unlink()
+    for last in bag.glob('split_10.*'):
+        last.unlink()
+    content = (plain / 'split_10.mcap').read_bytes()
+    (bag / 'split_10.mcap').write_bytes(content[: len(content) // 2])
+    left = contents_of(bag).series.pitch.tolist()
+    found = recover(tmp_path)
+    assert found.bag == bag and found.kept == tmp_path / 'bag.cut'
+    assert sorted(each.name for each in bag.iterdir()) == ['bag.mcap', 'metadata.yaml']
+    assert recover(tmp_path) is None
+    assert RecordedRun(bag).series.pitch.tolist() == left
+    assert len(left) >= 14, 'the whole files'
+
+
+def test_a_file_that_cannot_be_read_is_left_out(run, tmp_path):
+    bag = rewritten(run / 'bag', tmp_path / 'bag', parts=3)
+    (bag / 'split_9.mcap').write_bytes(b'')
+    channel = read_channel(bag, axis='y', topic='/imu/data_raw')
+    assert len(channel.values) == 14
+    assert any('split_9.mcap is left out: it cannot' in note for note in channel.notes)
