@@ -198,7 +198,7 @@ def spoken(text):
 
 @pytest.mark.parametrize('path', DOCUMENTS, ids=lambda path: path.name)
 def test_verbs_and_options_are_those_of_the_command(path):
-    verbs = get_command(app).commands
+    verbs = get_command(app()).commands
     for verb, *words in spoken(path.read_text()):
         if verb == 'VERB' or verb.startswith('-'):
             continue

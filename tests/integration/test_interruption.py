@@ -20,7 +20,9 @@ class Dropped:
 
 {verb}
 
-app.app.command('wait')(verb)
+made = app.app()
+made.command('wait')(verb)
+app.app = lambda _: made
 sys.argv = ['khr', 'wait']
 command.main()
 """

@@ -95,7 +95,7 @@ def test_view_plays_any_recording(tmp_path, monkeypatch, name):
     (tmp_path / name).exists() or (tmp_path / name).touch()
     played = []
     monkeypatch.setattr('khr_view.viewing.play', lambda *given: played.append(given) or 0)
-    done = CliRunner().invoke(app, ['view', str(tmp_path / name), '--namespace', 'a'])
+    done = CliRunner().invoke(app(), ['view', str(tmp_path / name), '--namespace', 'a'])
     assert done.exit_code == 0, done.output
     assert [(paths, namespace) for paths, *_, namespace in played] == [([tmp_path / name], 'a')]
 
@@ -149,7 +149,7 @@ def test_each_robot_is_read_as_if_alone(run, robots):
 
 @pytest.mark.parametrize('verb', ['view', 'film'])
 def test_a_scenario_has_no_namespace(verb):
-    done = CliRunner().invoke(app, [verb, 'stand_0deg', '--namespace', 'a'])
+    done = CliRunner().invoke(app(), [verb, 'stand_0deg', '--namespace', 'a'])
     assert 'khr' not in done.output and isinstance(done.exception, KhrError)
     assert str(done.exception).startswith('--namespace: stand_0deg ')
 

@@ -22,6 +22,7 @@ from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.result import Result
 from khr_bringup.running import offline_progress
 from khr_bringup.scenario import scenario as scenario_files
+from khr_bringup.scenario.parameter_file import typed
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_description.robot import Robot
@@ -239,5 +240,5 @@ def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:
         if not dot or not parameter:
             raise KhrError(f'set: {name!r} is not accepted; accepted: NODE.PARAMETER')
         plain = value.item() if isinstance(value, np.generic) else value
-        changes[node, parameter] = scenario_files.typed(node, parameter, plain)
+        changes[node, parameter] = typed(node, parameter, plain)
     return changes

@@ -2,50 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import metadata
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
-from khr.cli.verbs import board, live, recordings, runs, studies, thesis
-
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
-PANELS: dict[str, dict[str, Callable[..., None]]] = {
+# By name, because the command imports the module of its one verb alone.
+PANELS: dict[str, dict[str, str]] = {
     'Run and look': {
-        'run': runs.start_run,
-        'view': runs.view,
-        'report': recordings.report,
-        'film': recordings.film,
-        'export': recordings.export,
-        'verify': recordings.verify_bag,
-        'recover': recordings.recover_bag,
-        'scenarios': runs.list_scenarios,
-        'doctor': runs.doctor,
+        'run': 'runs:start_run',
+        'view': 'runs:view',
+        'report': 'recordings:report',
+        'film': 'recordings:film',
+        'export': 'recordings:export',
+        'verify': 'recordings:verify_bag',
+        'recover': 'recordings:recover_bag',
+        'scenarios': 'runs:list_scenarios',
+        'doctor': 'runs:doctor',
     },
     'While it runs': {
-        'list': live.list_runs,
-        'get': live.get_parameter,
-        'set': live.set_parameter,
-        'switch': live.switch_scenario,
+        'list': 'live:list_runs',
+        'get': 'live:get_parameter',
+        'set': 'live:set_parameter',
+        'switch': 'live:switch_scenario',
     },
     'Studies': {
-        'critical': studies.critical,
-        'tune': studies.tune,
-        'push': studies.push,
-        'lines': thesis.lines,
-        'sweep': studies.start_sweep,
-        'map': studies.draw_stability_map,
-        'gains': studies.slope_gains,
+        'critical': 'studies:critical',
+        'tune': 'studies:tune',
+        'push': 'studies:push',
+        'lines': 'thesis:lines',
+        'sweep': 'studies:start_sweep',
+        'map': 'studies:draw_stability_map',
+        'gains': 'studies:slope_gains',
     },
     'The thesis': {
-        'figure': thesis.figure,
-        'reproduce': thesis.reproduce,
-        'scoreboard': thesis.scoreboard,
-        'calibrate': studies.calibrate,
-        'engines': studies.engines,
-        'stage3': studies.stage3,
+        'figure': 'thesis:figure',
+        'reproduce': 'thesis:reproduce',
+        'scoreboard': 'thesis:scoreboard',
+        'calibrate': 'studies:calibrate',
+        'engines': 'studies:engines',
+        'stage3': 'studies:stage3',
     },
 }
 
@@ -67,7 +65,6 @@ def _show_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def top(
     version: Annotated[
         bool,
@@ -77,7 +74,23 @@ def top(
     """Balance control of the KHR-3HV humanoid as a ROS 2 node graph."""
 
 
-for _panel, _verbs in PANELS.items():
-    for _name, _verb in _verbs.items():
-        app.command(_name, cls=Command, rich_help_panel=_panel)(_verb)
-app.add_typer(board.board_verbs(), name='board', rich_help_panel='The real robot')
+def app(first: str = '') -> typer.Typer:
+    """Return the command.
+
+    Args:
+        first: its first argument; if that is a verb, the command has no other.
+    """
+    made = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+    made.callback()(top)
+    known = {
+        name: (verb, panel) for panel, verbs in PANELS.items() for name, verb in verbs.items()
+    }
+    for name in [first] if first in known else known:
+        verb, panel = known[name]
+        function = resolve_name(f'khr.cli.verbs.{verb}')
+        made.command(name, cls=Command, rich_help_panel=panel)(function)
+    if first not in known:
+        from khr.cli.verbs.board import board_verbs
+
+        made.add_typer(board_verbs(), name='board', rich_help_panel='The real robot')
+    return made

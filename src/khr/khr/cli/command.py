@@ -28,6 +28,8 @@ def main() -> None:
 
         from khr.cli.app import app
         from khr_common import KhrError, RunError
+
+        verbs = app(''.join(sys.argv[1:2]))
     except (ImportError, MemoryError) as error:
         _leave_for_library(error)
 
@@ -39,7 +41,7 @@ def main() -> None:
     ):  # a path may hold characters that the terminal cannot show
         sys.stdout.reconfigure(errors='backslashreplace')
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        sys.exit(verbs(standalone_mode=False) or 0)
     except TyperException as error:
         _leave(_usage(error), error.exit_code)
     except RunError as error:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from typing import Any
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
 from khr_common.text.quoting import named
+from khr_common.text.strict_yaml import read_yaml
 
 Values = dict[str, dict[str, Any]]
 PARAMETERS = 'ros__parameters'
@@ -111,7 +113,13 @@ def _share(file: str, block: str, stated: Mapping[str, Any], shared: Values) -> 
             continue
         having = [name for name in registry() if key in specifications(table_of(name))]
         if not having:
-            raise KhrError(f'{file}: {named(block)}: {named(key)}: no node has this parameter')
+            known = {each for name in registry() for each in specifications(table_of(name))}
+            near = get_close_matches(str(key), known, 1)
+            raise KhrError(
+                f'{file}: {named(block)}: {named(key)}: no node has this parameter; '
+                + (f'did you mean {near[0]}? ' if near else '')
+                + f'accepted: a parameter of {", ".join(registry())}'
+            )
         for name in having:
             if not _is_wiring(name, key):
                 shared.setdefault(name, {})[key] = checked(file, name, key, value)
@@ -124,3 +132,26 @@ def _is_of_every_node(key: Any) -> bool:
 def _is_wiring(node: str, key: Any) -> bool:
     known = specifications(table_of(node)).get(key)
     return (node, key) in RETIRED or (known is not None and known.wiring)
+
+
+def parse_value(node: str, key: str, text: str) -> Any:
+    """Read a value as typed; an integer for a float parameter is taken as that float.
+
+    Raises:
+        KhrError: if it is not a YAML value.
+    """
+    value = read_yaml(text, named(f'{node}.{key}'))
+    known = specifications(table_of(node)).get(key) if node in registry() else None
+    if known and known.kind is str and not isinstance(value, str):
+        return text
+    return typed(node, key, value)
+
+
+def typed(node: str, key: str, value: Any) -> Any:
+    """Convert integers to floats if the parameter is a float or a list of floats."""
+    if node not in registry():
+        return value
+    known = specifications(table_of(node)).get(key)
+    if known and known.kind is float and type(value) is int:
+        return float(value)
+    return floats_of(node, key, value)

@@ -19,7 +19,7 @@ from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_bringup.scenario.motion_file import with_motion
-from khr_bringup.scenario.parameter_file import Values, checked, floats_of, values_of
+from khr_bringup.scenario.parameter_file import Values, checked, parse_value, values_of
 from khr_common import ParameterError, build, specifications
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
@@ -240,29 +240,6 @@ def parse_change(text: str) -> tuple[tuple[str, str], Any]:
         raise KhrError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
     node, key, value = match.groups()
     return (node, key), parse_value(node, key, value)
-
-
-def parse_value(node: str, key: str, text: str) -> Any:
-    """Read a value as typed; an integer for a float parameter is taken as that float.
-
-    Raises:
-        KhrError: if it is not a YAML value.
-    """
-    value = read_yaml(text, named(f'{node}.{key}'))
-    known = specifications(table_of(node)).get(key) if node in registry() else None
-    if known and known.kind is str and not isinstance(value, str):
-        return text
-    return typed(node, key, value)
-
-
-def typed(node: str, key: str, value: Any) -> Any:
-    """Convert integers to floats if the parameter is a float or a list of floats."""
-    if node not in registry():
-        return value
-    known = specifications(table_of(node)).get(key)
-    if known and known.kind is float and type(value) is int:
-        return float(value)
-    return floats_of(node, key, value)
 
 
 def _natural(stem: str) -> list[Any]:

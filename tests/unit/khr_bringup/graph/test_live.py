@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_bringup.graph.live import LiveParameter, check_change
-from khr_bringup.scenario.scenario import parse_value
+from khr_bringup.scenario.parameter_file import parse_value
 from khr_common.errors import KhrError
 
 SCALARS = (

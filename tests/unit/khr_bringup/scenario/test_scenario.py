@@ -84,7 +84,16 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
         ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
         ('gait: {}\n', ['gait', 'ros__parameters']),
         ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
-        ('/**:\n  ros__parameters:\n    stroll: 1\n', ['/**', 'stroll', 'no node']),
+        (
+            '/**:\n  ros__parameters:\n    hip_hight: 1\n',
+            [
+                '/**',
+                'hip_hight',
+                'no node',
+                'did you mean hip_height?',
+                'accepted: a parameter of',
+            ],
+        ),
         ('a:\n  gait:\n    motion: walk\n', ['a/gait', 'ros__parameters']),
         ('walk\n', ['parameter file']),
         ('gait: [\n', ['line 2', 'YAML']),

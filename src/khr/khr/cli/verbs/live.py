@@ -15,7 +15,7 @@ from khr_bringup.graph.live import PATIENCE, LiveParameter, get_parameters
 from khr_bringup.graph.live import set_parameter as set_live
 from khr_bringup.graph.live import switch_scenario as switch
 from khr_bringup.graph.run_registry import RunEntry, choose, running
-from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.parameter_file import parse_value
 
 RunningDomainOption = Annotated[
     int | None,
@@ -61,7 +61,7 @@ def set_parameter(
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
     """Change a parameter of a running graph; it acts from the next control period."""
-    typed = scenarios.parse_value(node, name, value)
+    typed = parse_value(node, name, value)
     entry = choose(domain)
     before, after = set_live(node, name, typed, entry.domain, timeout)
     print(f'{node}.{name}: {before.as_yaml} -> {after.as_yaml}{_comment(after)}')
@@ -73,8 +73,10 @@ def switch_scenario(
     domain: RunningDomainOption = None,
 ) -> None:
     """Have khr view end its run and start another scenario on the same page."""
-    path = scenarios.find_scenario(scenario)
-    scenarios.load_scenario(str(path))
+    from khr_bringup.scenario.scenario import find_scenario, load_scenario
+
+    path = find_scenario(scenario)
+    load_scenario(str(path))
     entry = choose(domain)
     print(f'{path.stem}: takes the place of {switch(path, entry.domain)}')
 

@@ -1,0 +1,40 @@
+"""A small command imports little: it ends sooner than the simulator is imported."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from khr.cli.app import PANELS
+
+SCRIPT = """
+import json, sys
+from khr.cli.app import app
+app({verb!r})
+print(json.dumps([*sys.modules]))
+"""
+HEAVY = {
+    'numpy',
+    'scipy',
+    'pyarrow',
+    'rosbags',
+    'khr_bringup.scenario.scenario',
+    'khr_sim.physics',
+}
+
+
+def imported(verb):
+    command = [sys.executable, '-c', SCRIPT.format(verb=verb)]
+    return set(json.loads(subprocess.run(command, check=True, capture_output=True).stdout))
+
+
+@pytest.mark.parametrize('verb', PANELS['While it runs'])
+def test_a_verb_for_a_running_graph_imports_no_arrays_and_no_scenarios(verb):
+    assert not imported(verb) & HEAVY
+
+
+def test_only_the_module_of_the_verb_is_imported():
+    verbs = {each for each in imported('film') if each.startswith('khr.cli.verbs.')}
+    assert verbs == {'khr.cli.verbs.recordings', 'khr.cli.verbs.options'}
+    assert 'khr.cli.verbs.board' in imported('board')
