@@ -22,6 +22,7 @@ setup(
             'ankle_controller = khr_balance.ankle:ANKLE_CONTROLLER',
             'hip_controller = khr_balance.hip:HIP_CONTROLLER',
             'roll_controller = khr_balance.roll:ROLL_CONTROLLER',
+            'recovery = khr_balance.recovery.recovery:RECOVERY',
         ]
     },
     package_data={'': ['py.typed']},

@@ -27,8 +27,7 @@ class MonitorParameters:
 
     fall_tilt_deg: float = parameter(
         45.0,
-        'Angle between torso and vertical from which on the robot has fallen; it cannot '
-        'recover from a third of it.',
+        'Angle between torso and vertical from which on the robot has fallen if it stays down.',
         '[5, 90] deg',
     )
     fall_height: float = parameter(
@@ -76,7 +75,10 @@ class MonitorParameters:
         '[0, 10] s',
     )
     fall_time: float = parameter(
-        0.3, 'By the sensors: time without load from which on the robot has fallen.', '[0, 10] s'
+        0.3,
+        'Time that the robot must stay down; a bow or a hop that it stands up from sooner is no '
+        'fall. By the sensors: time without load.',
+        '[0, 10] s',
     )
     control_period: float = sample_period(maximum=0.03)
 
@@ -89,7 +91,7 @@ def vibration_of(parameters: MonitorParameters) -> Vibration:
 
 
 class Outcome(NamedTuple):
-    """Outcome of the run so far; after a fall it does not change any more.
+    """Outcome of the run so far; after a fall it does not change, unless the robot rises soon.
 
     Attributes:
         verdict: ``fell`` outranks ``slipped``, which outranks ``walked`` and ``stood``; a robot
@@ -165,7 +167,7 @@ class OutcomeMonitor:
         self._largest_pitch = 0.0
         self._vibration = vibration_of(parameters)
         self._steps = StepSlides(parameters.control_period)
-        self._outcome: Outcome | None = None
+        self._fall: Outcome | None = None  # the outcome when the robot went down
 
     def configure(self, parameters: MonitorParameters) -> None:
         """Use changed thresholds from the next sample on; the vibration keeps its own."""
@@ -181,8 +183,9 @@ class OutcomeMonitor:
         Raises:
             KhrError: if position, orientation or rate are not finite.
         """
-        if self._outcome is not None and self._outcome.fell:
-            return self._outcome
+        time, fall = stamp_ns / 1e9, self._fall
+        if fall is not None and time > fall.time + self.parameters.fall_time:
+            return fall
         x, y, z, *turn = signals[TRUE_POSE]
         place, feet = (x, y, z), signals[TRUE_SOLES]
         soles, turns = (feet[:3], feet[7:10]), (feet[3:7], feet[10:])
@@ -196,7 +199,7 @@ class OutcomeMonitor:
         if self._start is None:
             self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
-        self._vibration.add(stamp_ns / 1e9, rate)
+        self._vibration.add(time, rate)
         normal = [signals[topic][2] for topic in TRUE_FORCES]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]
         loaded = [force > self.parameters.load_threshold for force in forces]
@@ -205,8 +208,9 @@ class OutcomeMonitor:
             for i, sole in enumerate(self._soles)
         )
         self._steps.follow((left, right), loaded)
-        self._outcome = self._judge(stamp_ns / 1e9, place, self._start, up[2], height)
-        return self._outcome
+        outcome = self._judge(time, place, self._start, up[2], height)
+        self._fall = (fall or outcome) if outcome.fell else None
+        return self._fall or outcome
 
     def _judge(
         self, time: float, place: Vector, start: _Start, upright: float, height: float

@@ -15,7 +15,7 @@ from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.changes import Change
-from khr_bringup.node_registry import spec_of
+from khr_bringup.node_registry import controllers, spec_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
@@ -73,13 +73,7 @@ class ControlLoop:
             self._blocks.append((block, published))
             self._by_node[node] = block
             known |= set(published)
-        self._corrections = [
-            topic
-            for node in scenario.answers[1:]
-            for topic in spec_of(node).publishes
-            if topic.flow == 'period'
-        ]
-
+        self._corrections = [controllers()[node] for node in scenario.answers[1:]]
         self._controllers = tuple(scenario.corrections.values())
 
     def reference(self, time: float) -> list[float]:

@@ -144,6 +144,22 @@ def correction(node: str, joints: tuple[str, ...]) -> Topic:
 
 ANKLE_CORRECTION = correction('ankle_controller', ('l_ankle_pitch', 'r_ankle_pitch'))
 HIP_CORRECTION = correction('hip_controller', ('l_hip_pitch', 'r_hip_pitch'))
+RECOVERY_CORRECTION = correction(
+    'recovery',
+    tuple(
+        f'{side}_{joint}'
+        for joint in ('ankle_pitch', 'knee', 'hip_pitch', 'ankle_roll', 'hip_roll')
+        for side in SIDES
+    ),
+)
+RECOVERY_STATE = Topic(
+    'recovery/state',
+    JOINT_STATE,
+    'Phase of the recovery (0 waiting, 1 swing, 2 settling, 3 closing, 4 returning), estimated '
+    'centre of mass and capture point ahead of the middle of the soles, m, and the share of the '
+    'other corrections that acts.',
+    names=('phase', 'com', 'capture_point', 'share'),
+)
 BOARD_CORRECTION = Topic(
     'board/correction',
     JOINT_STATE,

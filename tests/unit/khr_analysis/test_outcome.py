@@ -228,6 +228,15 @@ def test_falling_in_any_direction(direction):
     assert outcomes[-1].fell_at == pytest.approx(at * 0.015)
 
 
+@pytest.mark.parametrize(('samples', 'verdict'), [(1, 'stood'), (19, 'stood'), (22, 'fell')])
+def test_a_robot_that_rises_within_the_fall_time_has_not_fallen(samples, verdict):
+    outcomes = judged([Seen()] * 10 + [Seen(lean=1.0)] * samples + [Seen()] * 10)
+    assert outcomes[10].verdict == 'fell'  # until it rises
+    assert outcomes[-1].verdict == verdict
+    assert outcomes[-1].fell_at == (None if verdict == 'stood' else pytest.approx(0.15))
+    assert outcomes[-1].largest_pitch == pytest.approx(1.0)
+
+
 def test_sinking_to_the_ground_is_a_fall_and_walking_downhill_is_not():
     assert judged([Seen(), Seen(height=0.6 * HEIGHT)])[-1].verdict == 'stood'
     assert judged([Seen(), Seen(height=0.49 * HEIGHT)])[-1].verdict == 'fell'

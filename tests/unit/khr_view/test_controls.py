@@ -35,6 +35,7 @@ def test_every_controller_can_be_switched_and_its_gain_changed():
         'Hip gain K_H',
         'Roll control',
         'Roll gain',
+        'Recovery control',
     ]
 
 

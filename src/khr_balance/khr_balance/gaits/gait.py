@@ -7,6 +7,7 @@ angles and checked against the robot once; playback only evaluates a spline.
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -99,7 +100,7 @@ def gait_of(parameters: GaitParameters) -> Gait:
 def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> Array:
     """Return the (N, 17) angles of a plan."""
     if isinstance(plan, Plan):
-        return _solve(parameters, plan, time)
+        return solve(_arms(parameters), plan, time, plan.torso_height(time))
     standing = replace(parameters, motion='stand')
     angles = np.tile(gait_of(standing).reference(0.0), (len(time), 1))
     for joint, path in plan.angles.items():
@@ -107,14 +108,23 @@ def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> 
     return angles
 
 
-def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
+def solve(posture: Sequence[float] | Array, plan: Plan, time: Array, height: Array) -> Array:
     """Return the (N, 17) angles that move the centre of mass along its planned path.
 
     The position of the torso is found from the centre of mass by iteration.
+
+    Args:
+        posture: 17 angles, rad; those of head and arms are kept.
+        plan: the paths.
+        time: (N,), s.
+        height: (N,) of the torso above the plane of the soles, m.
+
+    Raises:
+        GaitError: if a leg is too short, or the torso cannot reach its place.
     """
     centre, attitude = plan.centre_of_mass(time), plan.torso(time)
-    torso = np.column_stack([centre, plan.torso_height(time)])
-    angles = np.tile(_arms(parameters), (len(time), 1))
+    torso = np.column_stack([centre, height])
+    angles = np.tile(posture, (len(time), 1))
     for _ in range(_ITERATIONS):
         for side in joints.SIDES:
             first = joints.INDEX[f'{side}_hip_roll']

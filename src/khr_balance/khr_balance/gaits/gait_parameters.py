@@ -24,7 +24,7 @@ class GaitParameters:
     """
 
     motion: str = parameter(
-        'walk', 'Motion to play back.', choices=('stand', 'walk', 'leg_lift', 'file')
+        'walk', 'Motion to play back.', choices=('stand', 'guard', 'walk', 'leg_lift', 'file')
     )
     motion_file: str = parameter(
         '', 'File: CSV or YAML file of key frames, relative to the scenario.', read_only=True
@@ -119,8 +119,16 @@ class GaitParameters:
     )
     first_foot: str = parameter(
         'right',
-        'Foot that swings first (walk) or is lifted (leg lift).',
+        'Foot that swings first (walk), is lifted (leg lift) or is ahead (guard).',
         choices=('left', 'right'),
+    )
+
+    guard_split: float = parameter(0.08, 'Guard: distance of the front foot ahead.', '[0, 0.12] m')
+    guard_height: float = parameter(
+        0.095, 'Guard: height of the hip-pitch axes above the ankle-pitch axes.', '[0.06, 0.13] m'
+    )
+    guard_com: float = parameter(
+        0.0, 'Guard: centre of mass ahead of the middle between the soles.', '[-0.05, 0.05] m'
     )
 
     lift_com_inboard: float = parameter(

@@ -28,7 +28,8 @@ def plan_motion(parameters: GaitParameters) -> Plan | JointPlan:
     """
     if parameters.motion == 'file':
         return plan_from_file(parameters)
-    return {'stand': _stand, 'walk': _walk, 'leg_lift': _leg_lift}[parameters.motion](parameters)
+    plans = {'stand': _stand, 'guard': _guard, 'walk': _walk, 'leg_lift': _leg_lift}
+    return plans[parameters.motion](parameters)
 
 
 def _rests(keys: Sequence[Key]) -> Path:
@@ -42,17 +43,27 @@ def _flows(keys: Sequence[Key]) -> Path:
 
 
 def _stand(p: GaitParameters) -> Plan:
-    half = p.foot_spread / 2.0
+    return _stance(p, p.com_stance, 0.0, p.hip_height)
+
+
+def _guard(p: GaitParameters) -> Plan:
+    """Stand crouched with one foot ahead, the centre of mass midway between the soles."""
+    left = p.guard_split if p.first_foot == 'left' else -p.guard_split
+    return _stance(p, p.guard_com, left, p.guard_height)
+
+
+def _stance(p: GaitParameters, com: float, left_ahead: float, hip_height: float) -> Plan:
+    half, flat = p.foot_spread / 2.0, ConstantPath(0.0)
     return Plan(
         duration=p.start_delay + p.end_pause,
         sole={
-            'l': Sole(half, ConstantPath(0.0), ConstantPath(0.0), ConstantPath(0.0)),
-            'r': Sole(-half, ConstantPath(0.0), ConstantPath(0.0), ConstantPath(0.0)),
+            'l': Sole(half, ConstantPath(left_ahead / 2.0), flat, flat),
+            'r': Sole(-half, ConstantPath(-left_ahead / 2.0), flat, flat),
         },
-        com=(ConstantPath(p.com_stance), ConstantPath(0.0)),
-        torso_roll=ConstantPath(0.0),
+        com=(ConstantPath(com), flat),
+        torso_roll=flat,
         torso_pitch=p.torso_pitch,
-        hip_height=p.hip_height,
+        hip_height=hip_height,
     )
 
 

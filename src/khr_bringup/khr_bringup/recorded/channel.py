@@ -62,7 +62,7 @@ class Channel:
             found.start,
             found.period,
             found.values,
-            found.highest,
+            found.nyquist,
             (*self.notes, *chosen, *found.notes),
         )
 

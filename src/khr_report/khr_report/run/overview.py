@@ -21,7 +21,6 @@ from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
-from khr_common.maths.gaps import broken
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
 from khr_report.run.timing import Timing, title_of_run
 from khr_sim.sensors.foot_force import FootForceParameters
@@ -118,7 +117,7 @@ class Pane:
         axis.set_title(self.title)
         for name, series, signal in self.lines:
             label = name if len(self.lines) > 1 else '_'
-            axis.plot(*broken(series.time, [signal.values(series)]), label=label, linewidth=0.8)
+            axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
         axis.set(ylabel=self.unit)
         if len(self.lines) > 1:
             legend_above(axis)

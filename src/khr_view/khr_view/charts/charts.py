@@ -6,15 +6,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle
-from math import degrees
+from math import degrees, nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_bringup.balance import Margins
-from khr_bringup.node_registry import controllers, short_name
-from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS, LEG, TRUE_RATE, Topic
-from khr_common.maths.gaps import broken, interpolated
+from khr_bringup.node_registry import controllers, short_name, table_of
+from khr_common.interfaces import (
+    FOOT_FORCES,
+    GYRO,
+    JOINT_STATES,
+    JOINTS,
+    LEG,
+    RECOVERY_STATE,
+    TRUE_RATE,
+    Topic,
+)
 
 Array = NDArray[np.float64]
 
@@ -81,23 +89,28 @@ class Chart:
         """Return the times, and for each line its values at these times.
 
         For drawing only: a topic without a sample at one of the times is interpolated between its
-        neighbours. A line is NaN before its first and after its last sample, and in a gap, in
-        which there is one more time.
+        neighbours. A line is NaN before its first and after its last sample.
 
         Args:
             times: s.
             samples: returns the times of a topic, s, and the values of one field at these times;
                 empty before the first message.
         """
-        times, *_ = broken(times)
         columns = [times]
         for line in self.lines:
             total = np.zeros(len(times))
             for topic, index, weight in line.terms:
                 own, values = samples(topic, index)
-                total += weight * interpolated(times, own, values)
+                total += weight * interpolate(times, own, values)
             columns.append(total)
         return tuple(columns)
+
+
+def interpolate(times: Array, own: Array, values: Array) -> Array:
+    """Return values at other times; NaN outside their own times."""
+    if not len(own):
+        return np.full(len(times), nan)
+    return np.interp(times, own, values, left=nan, right=nan)
 
 
 def _margin(name: str, label: str, color: str, dash: str = '') -> Curve:
@@ -169,6 +182,15 @@ _OF_SENSORS = (
 
 
 _OF_THE_REST = (
+    Chart(
+        'Recovery, estimated',
+        'mm',
+        (
+            Curve('centre of mass', ((RECOVERY_STATE, 1, 1e3),), GREY),
+            Curve('capture point', ((RECOVERY_STATE, 2, 1e3),), ORANGE),
+        ),
+        shown=False,
+    ),
     Chart('Slip so far', 'mm', (Curve('slip', ((SLIP, 0, 1e3),), PURPLE),), shown=False),
     *(_joint(name) for name in LEG),
 )
@@ -189,7 +211,8 @@ def charts() -> tuple[Chart, ...]:
             terms=((CONSTANT, n, DEGREES),),
             dash='dotted',
         )
-        for n, line in enumerate(lines)
+        for n, (name, line) in enumerate(zip(controllers(), lines, strict=True))
+        if hasattr(table_of(name), 'constant')
     ]
     corrections = Chart('Corrections', 'deg', (*lines, *constant))
     return (*_OF_SENSORS, corrections, *_OF_THE_REST)

@@ -1,0 +1,1 @@
+"""Recovery from pushes that planted feet cannot hold: a step."""

@@ -1,0 +1,98 @@
+"""The recovery node on the simulated robot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from khr_bringup.balance import BalanceModel
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import load_scenario
+from khr_common.interfaces import RECOVERY_STATE
+from khr_description.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_studies.push.study import START, PushCondition, falls
+
+ENGINES = ('mujoco', 'bullet')
+ENABLED = (('recovery', 'enabled'), True)
+# The impulses that K_A 12 holds, N s: from behind and from the front, by inclination in deg.
+HELD = {('behind', 0.0): 0.87, ('front', 0.0): 0.76, ('behind', 5.0): 0.58, ('front', 5.0): 1.03}
+
+
+def condition(direction, inclination, engine, *changes):
+    return PushCondition(
+        12.0,
+        direction=direction,
+        changes=(
+            (('simulator', 'engine'), engine),
+            (('simulator', 'inclination_deg'), inclination),
+            (('simulator', 'stop_when_tilted_deg'), 88.0),
+            *changes,
+        ),
+    )
+
+
+def errors(scenario):
+    """Return the errors of the estimate in the 0.3 s from a push, centre and capture point, m."""
+    model, robot = None, Robot.load()
+    before, middle, found = None, 0.0, []
+
+    def watch(truth, loop, _):
+        nonlocal model, before, middle
+        model = model or BalanceModel(robot, scenario.table(RunParameters))
+        pose = [*truth.position.tolist(), *truth.orientation.tolist()]
+        normal = truth.contact_force[:, 2].tolist()
+        joints = truth.joint_position.tolist()
+        before = model.at(pose, joints, truth.inclination, normal, before, 0.015)
+        ahead = np.array([np.cos(truth.inclination), 0.0, -np.sin(truth.inclination)])
+        time = truth.stamp_ns / 1e9 - START
+        if time <= 0.0:
+            middle = float(truth.sole_position.mean(axis=0) @ ahead)
+        elif time < 0.3:
+            _, com, capture, _ = loop.signals[RECOVERY_STATE]
+            found.append(
+                (
+                    com + middle - float(before.below @ ahead),
+                    capture + middle - float(before.capture @ ahead),
+                )
+            )
+
+    run_offline(scenario, watch)
+    return np.array(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('engine', ENGINES)
+def test_the_estimate_is_within_4_mm_and_12_mm_of_the_truth_over_16_pushes(engine):
+    found = []
+    for (direction, inclination), held in HELD.items():
+        # It waits, however far the robot tips.
+        waits = [(('recovery', name), [0.2, 0.2]) for name in ('threshold', 'edge')]
+        own = condition(direction, inclination, engine, ENABLED, *waits)
+        for part in (0.5, 0.8, 0.97, 1.15):
+            found.append(errors(own.scenario(part * held / own.duration)))
+    com, capture_point = np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0))
+    assert com < 4e-3
+    assert capture_point < 12e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('engine', ENGINES)
+@pytest.mark.parametrize(
+    ('direction', 'inclination', 'times'),
+    [('behind', 0.0, 1.5), ('behind', 5.0, 1.5), ('front', 0.0, 1.2)],
+)
+def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclination, times, engine):
+    force = times * HELD[direction, inclination] / 0.1
+    assert falls(condition(direction, inclination, engine), force)
+    assert not falls(condition(direction, inclination, engine, ENABLED), force)
+
+
+@pytest.mark.parametrize(
+    ('name', 'duration'), [('walk_8.88deg_ka12', 3.0), ('lift_7.6deg_ka12', 4.0)]
+)
+def test_a_run_without_a_fall_is_the_same_bit_for_bit_with_the_node(name, duration):
+    scenario = load_scenario(name).changed({('simulator', 'duration'): duration})
+    enabled = scenario.changed(dict([ENABLED]))
+    assert 'recovery' in enabled.nodes
+    assert run_offline(enabled).trajectory_hash == run_offline(scenario).trajectory_hash

@@ -1,0 +1,156 @@
+"""The recovery node: when it acts, and the joint targets of its step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from khr_balance.gaits.body import ROBOT, forward
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_balance.joints import INDEX, JOINTS
+from khr_balance.recovery.parameters import RecoveryParameters
+from khr_balance.recovery.recovery import Recovery
+from khr_balance.recovery.stance import Stance
+from khr_balance.recovery.step import Phase
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    JOINT_REFERENCE,
+    RECOVERY_CORRECTION,
+)
+from khr_common.published import NO_LOAD_SPEED
+
+TABLE = RecoveryParameters(enabled=True)
+PERIOD = TABLE.control_period
+POSTURE = list(gait_of(GaitParameters(motion='stand')).reference(0.0))
+FAST, STILL = radians(120.0), 0.0
+
+
+def signals(rate, reference=POSTURE, ankle=0.0, hip=0.0):
+    return {
+        JOINT_REFERENCE: reference,
+        GYRO: (0.0, rate, 0.0),
+        ANKLE_CORRECTION: (ankle, ankle),
+        HIP_CORRECTION: (hip, hip),
+        **dict.fromkeys(FOOT_FORCES, (0.0, 0.0, 3.7)),
+    }
+
+
+class Played:
+    """A run of the node on given rates: its corrections, states and the sums of all nodes."""
+
+    def __init__(self, rates, table=TABLE, ankle=0.0, hip=0.0):
+        node = Recovery(table)
+        answers = [
+            node.update(n * PERIOD, signals(rate, ankle=ankle, hip=hip))
+            for n, rate in enumerate(rates)
+        ]
+        self.correction = np.array([correction for correction, _ in answers])
+        self.phase, _, _, self.share = np.array([state for _, state in answers]).T
+        added = np.zeros(len(JOINTS))
+        for topic, angle in ((ANKLE_CORRECTION, ankle), (HIP_CORRECTION, hip)):
+            added[[INDEX[name] for name in topic.names]] = angle
+        self.target = np.tile(POSTURE + added, (len(rates), 1))
+        self.target[:, [INDEX[name] for name in RECOVERY_CORRECTION.names]] += self.correction
+
+
+def fall(sign=1.0, seconds=8.0):
+    """Return the rates of a fall until the foot lands, and rest after it."""
+    return [STILL] * 10 + [sign * FAST] * 12 + [STILL] * round(seconds / PERIOD)
+
+
+@pytest.mark.parametrize('rate', [0.0, radians(44.0), radians(-44.0)])
+def test_the_node_is_exactly_zero_while_it_waits(rate):
+    played = Played([rate, -rate] * 50, ankle=0.02, hip=0.01)
+    assert not played.correction.any()
+    assert not played.phase.any()
+    assert (played.share == 1.0).all()
+
+
+def test_a_disabled_node_leaves_the_robot_to_fall():
+    assert not Played(fall(), replace(TABLE, enabled=False)).correction.any()
+
+
+def test_a_moving_reference_is_left_alone():
+    node = Recovery(TABLE)
+    node.update(0.0, signals(0.0))
+    for n in range(1, 40):
+        moving = [angle + 0.001 * n for angle in POSTURE]
+        correction, state = node.update(n * PERIOD, signals(FAST, moving))
+        assert not any(correction)
+        assert state[0] == Phase.WAITING
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_fall_leads_through_all_phases_back_to_exactly_zero(sign):
+    played = Played(fall(sign), ankle=0.02, hip=-0.03)
+    order = [
+        phase for n, phase in enumerate(played.phase) if n == 0 or phase != played.phase[n - 1]
+    ]
+    assert order == [*map(float, Phase), float(Phase.WAITING)]
+    assert not played.correction[-1].any()
+    assert (played.share[played.phase == Phase.CLOSING] == 0.0).all()
+    assert played.share[-1] == 1.0
+
+
+def test_a_slow_fall_beyond_the_soles_leads_to_a_step():
+    slow = radians(25.0)  # below the threshold of the rate
+    without = Played([slow] * 100, replace(TABLE, edge=(0.3, 0.3)))
+    assert not without.phase.any()
+    assert Played([slow] * 100).phase.any()
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_targets_stay_within_speed_and_range_of_the_servos(sign):
+    target = Played(fall(sign)).target
+    speed = np.abs(np.diff(target, axis=0)) / PERIOD
+    assert speed.max() <= NO_LOAD_SPEED + 1e-9
+    low, high = ROBOT.limits().T
+    assert ((target >= low) & (target <= high)).all()
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_the_foot_is_placed_ahead_flat_and_the_other_follows(sign):
+    played = Played(fall(sign))
+    length = sign * TABLE.step_length[0 if sign > 0 else 1]
+    resting = played.target[played.phase == Phase.CLOSING][round(0.5 * TABLE.rest_time / PERIOD)]
+    split, soles = forward(resting), Stance(resting).soles
+    assert soles['r'][0] - soles['l'][0] == pytest.approx(length, abs=1e-3)
+    assert soles['r'][2] == pytest.approx(soles['l'][2], abs=1e-3)
+    np.testing.assert_allclose(split.sole_rotation['l'], split.sole_rotation['r'], atol=1e-3)
+    np.testing.assert_allclose(played.target[-1], POSTURE, atol=1e-12)
+
+
+def test_a_step_with_the_left_foot_mirrors_one_with_the_right():
+    right, left = (Played(fall(), replace(TABLE, foot=foot)).target for foot in ('right', 'left'))
+    for name in JOINTS:
+        other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
+        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
+        np.testing.assert_allclose(
+            right[:, INDEX[name]], sign * left[:, INDEX[other]], atol=1e-6, err_msg=name
+        )
+
+
+def test_the_swinging_sole_is_level_whatever_the_lean_of_the_body():
+    stance, lean, edge = Stance(POSTURE), 0.2, 0.054
+    place = np.array([0.1, -0.042, 0.0])
+    point, normal = stance.seen_from_torso(place, edge, 0.0)
+    tipped_point, tipped_normal = stance.seen_from_torso(place, edge, lean)
+    np.testing.assert_allclose(np.dot(normal, tipped_normal), np.cos(lean))
+    pivot, _ = stance.seen_from_torso(np.array([edge, 0.0, 0.0]), edge, lean)
+    distance = np.linalg.norm(place - (edge, 0.0, 0.0))
+    assert np.linalg.norm(tipped_point - pivot) == pytest.approx(distance)
+    assert np.linalg.norm(point - pivot) == pytest.approx(distance)
+
+
+def test_a_step_out_of_reach_is_refused_with_the_leg():
+    low = list(gait_of(GaitParameters(motion='stand', hip_height=0.125)).reference(0.0))
+    node = Recovery(replace(TABLE, step_length=(0.16, 0.16), split_drop=(0.0, 0.0)))
+    with pytest.raises(Exception, match='leg: its ankle would be'):
+        node.update(0.0, signals(0.0, low))
