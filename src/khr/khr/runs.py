@@ -99,7 +99,7 @@ class RunResult(Result):
     def __repr__(self) -> str:
         """Show verdict, length and hash; the signals are long."""
         return (
-            f'RunResult({self.scenario.name!r}, {self.outcome.verdict}, {self.outcome.time:.3f} s, '
+            f'RunResult({self.scenario.name!r}, {self.verdict or "not judged"}, {self.time:.3f} s, '
             f'trajectory hash {self.trajectory_hash[:12]}...)'
         )
 
@@ -193,12 +193,12 @@ def load(path: str | PathLike[str], *, namespace: str = '') -> RunResult:
     """
     recorded = RecordedRun(Path(path), namespace=namespace)
     signals, outcome = recorded.signals
-    if outcome is None:
+    if outcome is None and not recorded.has_scenario:
         raise KhrError(f'{path}: no signals in it; accepted: the bag of a khr run')
     stored = recorded.recorded_outcome
     return RunResult(
         scenario=recorded.parameters,
-        judged=outcome,
+        judged=outcome or stored.judged,
         trajectory_hash=stored.trajectory_hash,
         end=stored.end,
         time=float(signals.time[-1]),

@@ -8,6 +8,8 @@ import pytest
 import khr
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from tests.fakes.bags import make_bag, state
+from tests.fakes.recordings import message
 from tests.support.runs import KHR
 
 SHORT = {'simulator.duration': 1.5}
@@ -25,6 +27,20 @@ def test_a_run_is_that_of_the_twin(walk):
     )
     assert walk.trajectory_hash == run_offline(scenario).trajectory_hash
     assert walk.outcome.time == pytest.approx(5.01) and 'walk_7.68deg_ka12' in repr(walk)
+
+
+def test_a_run_on_a_driver_is_read_as_its_sensors_judged_it(tmp_path):
+    text = scenarios.load_scenario('stand_0deg').to_yaml()
+    numbers = {'time_s': '0.15', 'fastest_rad_s': '0.3', 'vibration_rad_s': '0.1'}
+    judged = state('upright', judged_by='sensors', **numbers)
+    rates = [
+        ('/imu/data_raw', message('Imu', n * 15_000_000, 0.1 * n), n * 15_000_000)
+        for n in range(11)
+    ]
+    run = khr.load(make_bag(tmp_path, text, *rates, ('/outcome', judged)))
+    assert run.verdict == 'upright' and run.judged.fastest == 0.3
+    assert 'upright, 0.150 s' in repr(run) and run.table().num_rows == 11
+    assert run.signals.gyro_rate[-1] == 1.0
 
 
 def test_progress_is_shown_where_it_is_asked_for(capsys, monkeypatch):

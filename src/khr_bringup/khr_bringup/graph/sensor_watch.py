@@ -17,6 +17,7 @@ from khr_common.nodes.messages import message_class
 
 PERIOD = 1.0  # s of wall time between looks
 KEPT = 200  # timestamps of each topic
+JUMP = 10.0  # s between two timestamps, above which a clock was set
 
 
 class SensorWatch:
@@ -27,11 +28,11 @@ class SensorWatch:
         topics: of the sensors, of types with a header.
 
     Attributes:
-        notes: on topics whose samples may be incomplete.
+        notes: on topics whose samples may be incomplete, and on a clock that was set.
     """
 
     def __init__(self, node: Node, topics: Sequence[Topic]) -> None:
-        self._node, self._looked = node, 0.0
+        self._node, self._looked, self._jumped = node, 0.0, False
         self.notes: list[str] = []
         self._stamps: dict[Topic, deque[int]] = {topic: deque(maxlen=KEPT) for topic in topics}
         qos = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -43,9 +44,20 @@ class SensorWatch:
         if not self._stamps[topic]:
             self._note_quality(topic)
         try:
-            self._stamps[topic].append(cdr.clock(data))
+            stamp_ns = cdr.clock(data)
         except StructError:
             return
+        if (stamps := self._stamps[topic]) and stamps[-1]:
+            self._note_jump(topic, (stamp_ns - stamps[-1]) / 1e9)
+        stamps.append(stamp_ns)
+
+    def _note_jump(self, topic: Topic, step: float) -> None:
+        if abs(step) > JUMP and not self._jumped:
+            self._jumped = True
+            self.notes.append(
+                f'{topic.name}: its timestamps jump by {step:.0f} s: a clock was set, so the times of '
+                'verdict and signals are not those of the run'
+            )
 
     def _note_quality(self, topic: Topic) -> None:
         name = self._node.resolve_topic_name(topic.name)

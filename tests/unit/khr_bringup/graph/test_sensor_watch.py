@@ -71,6 +71,13 @@ def test_timestamps_that_stay_are_named(sent, stamp, says):
     assert says in text
 
 
+@pytest.mark.parametrize('later', [1_000, 5])
+def test_a_clock_that_is_set_is_noted_once(sent, later):
+    stamps = [(name, stamp) for name in (GYRO.name, TRUE_RATE.name) for stamp in (100, 101, later)]
+    (note,) = sent(*stamps).notes
+    assert note.startswith('imu/data_raw: its timestamps jump by ') and f'{later - 101} s' in note
+
+
 def test_best_effort_is_noted(sent):
     watch = sent((GYRO.name, 1), watched=(GYRO,), qos=BEST_EFFORT)
     assert watch.notes == ['imu/data_raw: published best effort: samples may be missing']
