@@ -128,10 +128,27 @@ class BalanceSeries:
 
 
 def balance_of(series: Any, robot: Robot, parameters: SimulatorParameters) -> BalanceSeries | None:
-    """Return the balance of a Series over time; None if its poses were not kept."""
+    """Return the margins of a Series over time; None if its poses were not kept."""
+    found = balances_of(series, robot, parameters)
+    return None if found is None else margins_of(found)
+
+
+def margins_of(balances: Sequence[Balance | None]) -> BalanceSeries:
+    """Return the margins over time; NaN where the balance is not known."""
+    rows = [each.margins if each else AIRBORNE for each in balances]
+    return BalanceSeries(*np.array(rows, dtype=np.float64).reshape(-1, len(Margins._fields)).T)
+
+
+def balances_of(
+    series: Any, robot: Robot, parameters: SimulatorParameters
+) -> list[Balance | None] | None:
+    """Return the balance at each sample of a Series, None at those that a bag has lost.
+
+    It is None as a whole if the poses were not kept.
+    """
     if series.pose is None or series.joints is None:
         return None
-    model, rows, before = BalanceModel(robot, parameters), [], None
+    model, found = BalanceModel(robot, parameters), list[Balance | None]()
     samples = zip(
         series.pose.tolist(),
         series.joints.tolist(),
@@ -141,13 +158,12 @@ def balance_of(series: Any, robot: Robot, parameters: SimulatorParameters) -> Ba
         strict=True,
     )
     for pose, joints, inclination, forces, period in samples:
-        if not np.isfinite((*pose, *joints, inclination, *forces)).all():  # lost in the bag
-            rows.append(AIRBORNE)
-            before = None
-            continue
-        before = model.at(pose, joints, inclination, forces, before, period)
-        rows.append(before.margins)
-    return BalanceSeries(*np.array(rows, dtype=np.float64).reshape(-1, len(Margins._fields)).T)
+        known = np.isfinite((*pose, *joints, inclination, *forces)).all()
+        before = found[-1] if found else None
+        found.append(
+            model.at(pose, joints, inclination, forces, before, period) if known else None
+        )
+    return found
 
 
 def _on_slope(point: Array, inclination: float) -> Array:

@@ -13,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
-from khr_bringup.balance import BalanceSeries, balance_of
+from khr_bringup.balance import BalanceSeries
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_STATES, JOINTS, REGIONS, STAGE, TRUE_POSE
-from khr_description.robot import Robot
-from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
@@ -158,10 +156,6 @@ class Series:
         if self.balance is None:
             return np.full(len(self.time), np.nan)
         return np.asarray(getattr(self.balance, name))
-
-    def with_balance(self, robot: Robot, parameters: SimulatorParameters) -> Series:
-        """Return the signals with the balance of the robot."""
-        return replace(self, balance=balance_of(self, robot, parameters))
 
     def during(self, shown: NDArray[np.bool_]) -> Series:
         """Return the signals at some of the times, given as a mask (N,)."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
+from khr_bringup.balance import Balance, balances_of, margins_of
 from khr_bringup.changes import Change
 from khr_bringup.recorded.bags import AmbiguousError, bag_of
 from khr_bringup.recorded.events import Event, events_of
@@ -36,6 +37,8 @@ class RunContents:
     scenario: Scenario | None = None  # as it ran
     record: RunRecord | None = None  # the outcome
     series: Series | None = None  # the signals
+    # at the samples of the signals; empty if the poses are not known
+    balances: Sequence[Balance | None] = ()
     changes: tuple[Change, ...] = ()  # parameters that were set while it ran
     pushes: int = 0  # number of pushes received over the topic
     version: str = ''  # of the code; empty if the run did not record it
@@ -125,10 +128,16 @@ def _read_bag(run: RecordedRun, found: RunContents) -> None:
     found.pushes = len(messages[PUSHED])
     found.series = found.read(lambda: run.series)
     if found.series is not None:
-        found.series = found.series.with_balance(run.robot, found.parameters.table(RunParameters))
+        _add_balance(found, found.series, run.robot)
     if run.damage:
         until = f' to {found.series.time[-1]:.2f} s' if found.series else ''
         found.notes.append(f'the bag is damaged; shown is what can be read{until} ({run.damage})')
+
+
+def _add_balance(found: RunContents, series: Series, robot: Robot) -> None:
+    balances = balances_of(series, robot, found.parameters.table(RunParameters))
+    found.balances = balances or ()
+    found.series = replace(series, balance=margins_of(balances)) if balances else series
 
 
 def _repeat(found: RunContents) -> None:
@@ -148,7 +157,7 @@ def _repeat(found: RunContents) -> None:
         return
     result, series = run_with_series(found.scenario)
     if result.trajectory_hash == record.trajectory_hash:
-        found.series = series.with_balance(Robot.load(), found.scenario.table(RunParameters))
+        _add_balance(found, series, Robot.load())
         found.notes.append(
             'no bag; the signals are those of the run repeated, whose trajectory hash is the same'
         )

@@ -1,48 +1,43 @@
-"""Draw the signals of runs on one time axis, their spectra and spectrograms."""
+"""Draw the signals of runs on one time axis, and the overview of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from math import isfinite
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_analysis.sampling import Samples, samples_at, within
-from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
+from khr_analysis.spectrum import Spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
+from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
 from khr_report.run.timing import Timing, title_of_run
 from khr_sim.sensors.foot_force import FootForceParameters
 
 BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
-MARGINS = {
-    'center': 'centre of mass',
-    'capture': 'capture point',
-    'pressure': 'centre of pressure',
-    'toe': 'toe edge',
-    'heel': 'heel edge',
+MARGINS = {  # names and colours, as on the page
+    'center': ('centre of mass', '#CC79A7'),
+    'capture': ('capture point', '#D55E00'),
+    'pressure': ('centre of pressure', '#009E73'),
+    'toe': ('toe edge', '0.5'),
+    'heel': ('heel edge', '0.5'),
 }
 LEFT, RIGHT = 'Force on the left foot', 'Force on the right foot'
 GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
 SPECTRUM = 'Spectrum of the gyro'
-SPECTRA_PER_SECOND = 10.0  # of a spectrogram
-PEAKS_NAMED = 4
 SHADED = 'shaded: the left foot swings (blue), the right foot (orange)'
 PANEL = 1.55  # inches, height of a panel
 LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
-RANGE_DB = 40.0  # of the colours of a spectrogram
 
 
 @dataclass(frozen=True)
@@ -55,6 +50,7 @@ class Signal:
     unit: str  # label of the axis
     values: Callable[[Series], Array]  # returns the values of a run, (N,)
     moving: bool = False  # whether to omit the signal if it is constant
+    color: str | None = None  # of the line; by default of the number of the line
 
     def silent(self, series: Series) -> bool:
         """Return whether the signal of a run is zero or unknown throughout."""
@@ -66,7 +62,7 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
     """Return all signals of runs, those of every controller behind those of the feet."""
     controllers = dict.fromkeys(name for series in runs for name in series.controllers)
     return [
-        *(_margin(name, label) for name, label in MARGINS.items()),
+        *(_margin(name, *look) for name, look in MARGINS.items()),
         Signal('Lean of the torso', '', 'lean (°)', lambda s: np.degrees(s.pitch)),
         Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
         Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
@@ -84,8 +80,8 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
     ]
 
 
-def _margin(name: str, label: str) -> Signal:
-    return Signal(BALANCE, label, 'place (mm)', lambda s: 1000.0 * s.margin(name))
+def _margin(name: str, label: str, color: str) -> Signal:
+    return Signal(BALANCE, label, 'place (mm)', lambda s: 1000.0 * s.margin(name), color=color)
 
 
 def _constant(controller: str) -> Signal:
@@ -117,7 +113,9 @@ class Pane:
         axis.set_title(self.title)
         for name, series, signal in self.lines:
             label = name if len(self.lines) > 1 else '_'
-            axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
+            (line,) = axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
+            if signal.color:
+                line.set_color(signal.color)
         axis.set(ylabel=self.unit)
         if len(self.lines) > 1:
             legend_above(axis)
@@ -177,18 +175,28 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         if one.group in wanted and not all(one.silent(series) for series in runs.values())
     ]
     several = len(runs) > 1
-    by_group = (list(some) for _, some in groupby(shown, key=lambda one: one.group))
+    by_group = [list(some) for _, some in groupby(shown, key=lambda one: one.group)]
+    if not several:
+        return [_pane(part, runs, [one.name for one in part]) for part in by_group]
     found = []
-    for part in [[one] for one in shown] if several else by_group:
-        first = part[0]
-        alone = f': {first.name}' if len(part) == 1 and first.name else ''
-        lines = tuple(
-            (name if several else one.name, series, one)
-            for one in part
-            for name, series in runs.items()
-        )
-        found.append(Pane(first.group + alone, first.unit, lines))
+    for part in by_group:
+        if part[0].group == BALANCE:  # the points mean something against the edges of their run
+            names = [one.name for one in part]
+            for name, series in runs.items():
+                pane = _pane(part, {name: series}, names)
+                found.append(replace(pane, title=f'{pane.title}: {name}'))
+        else:
+            found += [_pane([one], runs, list(runs)) for one in part]
     return found
+
+
+def _pane(signals: Sequence[Signal], runs: Mapping[str, Series], names: Sequence[str]) -> Pane:
+    """Return a panel of signals of one group, with the name of each line."""
+    first = signals[0]
+    alone = f': {first.name}' if len(signals) == 1 and first.name else ''
+    lines = [(series, one) for one in signals for series in runs.values()]
+    named = tuple((name, *line) for name, line in zip(names, lines, strict=True))
+    return Pane(first.group + alone, first.unit, named)
 
 
 def over_time(
@@ -217,116 +225,6 @@ def over_time(
     (timing or Timing()).draw(axes[: len(panes)])
     axes[0].set_xlim(0.0, max(float(series.time[-1]) for series in runs.values()))
     return figure, titles
-
-
-def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
-    """Draw amplitudes over frequency, one colour per run, and name the largest peaks.
-
-    Two runs have names, a single one an empty name; the legend names a run without a spectrum.
-    """
-    found = {name: one for name, one in spectra.items() if one is not None}
-    if not found:
-        axis.set_axis_off()
-        axis.text(0.0, 0.5, 'too short for a spectrum', transform=axis.transAxes)
-        return
-    for number, (name, one) in enumerate(found.items()):
-        shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
-        height = np.degrees(one.amplitude)
-        color = f'C{number}'
-        axis.vlines(one.frequency + shift, 0.0, height, color=color, linestyles='solid')
-        if name:
-            axis.plot([], [], color=color, linestyle='-', label=name)
-        # A peak lies between two lines and may be higher than both: it has a mark of its own.
-        for peak in one.peaks[:PEAKS_NAMED]:
-            place = peak.frequency, float(np.degrees(peak.amplitude))
-            axis.plot(*place, color=color, marker='o', markersize=3.0, fillstyle='none')
-            axis.annotate(
-                f'{peak.frequency:.2f}',
-                place,
-                xytext=(0, 3),
-                textcoords='offset points',
-                fontsize=7,
-                ha='center',
-                va='bottom',
-                color=color,
-            )
-    highest = max(
-        np.degrees(max(one.amplitude.max(), *(peak.amplitude for peak in one.peaks), 0.0))
-        for one in found.values()
-    )
-    spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
-    axis.set(
-        title=f'{axis.get_title(loc="left") or "Spectrum"}, {"; ".join(spans)}',
-        xlabel='frequency (Hz); circles: peaks, interpolated between the lines',
-        ylabel='amplitude (°/s)',
-        ylim=(0.0, 1.15 * highest or None),  # room for the name of the highest
-    )
-    for name in (each for each in spectra if each not in found):
-        axis.plot([], [], linestyle='none', label=f'{name}: too short for a spectrum')
-    if any(spectra):
-        legend_above(axis)
-
-
-def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
-    """Draw the amplitude in dB over the middle of each window and the frequency."""
-    amplitude = np.degrees([one.amplitude for one in windows]).T
-    level = 20.0 * np.log10(np.maximum(amplitude, 1e-6))
-    image = axis.pcolormesh(
-        [0.5 * (one.start + one.end) for one in windows],
-        windows[0].frequency,
-        level,
-        shading='nearest',
-        cmap='viridis',
-        vmin=float(level.max()) - RANGE_DB,
-    )
-    axis.figure.colorbar(
-        image,
-        ax=axis,
-        location='bottom',
-        label='amplitude (dB over 1°/s)',
-        aspect=60,
-        extend='min',
-    )
-    axis.set(ylabel='frequency (Hz)')
-    axis.grid(False)
-
-
-def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
-    """Return the gyro's spectra over a sliding window; none if the run is too short."""
-    samples = _gyro(series)
-    if samples is None:
-        return []
-    parameters = replace(scenario.table(FftAnalyserParameters), control_period=samples.period)
-    analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
-    return [
-        one
-        for time, rate in zip(series.time.tolist(), series.gyro_rate.tolist(), strict=True)
-        if isfinite(rate) and (one := analyser.add(time, rate))
-    ]
-
-
-def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
-    """Return the gyro's spectrum over a walk's third whole cycle, or over the last window."""
-    parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
-    samples = _gyro(series)
-    if samples is None:
-        return None
-    length = parameters.window_length
-    begin = samples.span[1] - length
-    if gait.motion == 'walk':
-        begin = min(begin, gait.start_delay + 2.5 * gait.cycle_period)
-    part = within(samples, begin, begin + length)
-    if len(part.values) < round(length / part.period):
-        return None
-    return spectrum(part.values, replace(parameters, control_period=part.period), part.start)
-
-
-def _gyro(series: Series) -> Samples | None:
-    """Return the gyro's longest stretch without a gap; None if it is too short."""
-    try:
-        return samples_at(series.time, series.gyro_rate)
-    except KhrError:
-        return None
 
 
 def _share_time(axes: Sequence[Axes]) -> None:

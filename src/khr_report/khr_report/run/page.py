@@ -24,8 +24,10 @@ from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
-from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
+from khr_report.run.from_above import from_above
+from khr_report.run.overview import note, over_time
 from khr_report.run.recording_page import picture, report_recording
+from khr_report.run.spectra import draw_spectra, spectrogram, third_cycle
 from khr_report.run.timing import Timing
 from khr_sweeps.trial import complete
 
@@ -135,7 +137,10 @@ def _signals(found: Found) -> Markup:
         events = [event for _, run, _ in runs for event in run.events]
         signals = {name: series for name, _, series in runs}
         figure, titles = over_time(signals, shown, Timing(gait, events))
+        above = from_above(found)
     body = picture('; '.join(titles), figure)
+    if above is not None:
+        body += picture('The balance from above, over the loaded soles of each step', above)
     texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
     body += paragraphs(
         *(f'{text}. Signals that are zero throughout are left out.' for text in texts)

@@ -11,16 +11,8 @@ from khr_bringup.balance import BalanceSeries
 from khr_bringup.recorded.events import Event
 from khr_bringup.scenario.scenario import load_scenario
 from khr_report.plots.plot_style import panels, styled
-from khr_report.run.overview import (
-    BALANCE,
-    RANGE_DB,
-    SPECTRUM,
-    draw_spectra,
-    over_time,
-    overview,
-    spectrogram,
-    third_cycle,
-)
+from khr_report.run.overview import BALANCE, SPECTRUM, over_time, overview
+from khr_report.run.spectra import RANGE_DB, draw_spectra, spectrogram, third_cycle
 from khr_report.run.timing import Timing
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
@@ -127,6 +119,19 @@ def test_changes_falls_and_swings_are_marked_on_every_panel_over_time(series):
             assert len(axis.patches) > 4, 'swings of the feet'
         assert any('fell' in text.get_text() for text in panels_over_time[0].texts)
     assert 'changed while it ran' in figure.get_suptitle().replace('\n', ' ')
+
+
+def test_of_two_runs_each_has_its_balance_against_its_own_edges(series):
+    line = 0.0 * series.time
+    runs = {
+        name: replace(series, balance=BalanceSeries(*(line + 0.01 * n for n in parts)))
+        for name, parts in {'A': (1, 2, 3, 5, -5), 'B': (2, 3, 4, 6, -6)}.items()
+    }
+    with styled():
+        figure, names = over_time(runs, {})
+    for name, places in (('A', [10, 20, 30, 50, -50]), ('B', [20, 30, 40, 60, -60])):
+        axis = figure.axes[names.index(f'{BALANCE}: {name}')]
+        assert [round(float(line.get_ydata()[0])) for line in axis.lines] == places
 
 
 def test_the_balance_has_a_panel_with_the_edges_of_the_soles(series):
