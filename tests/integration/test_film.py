@@ -5,7 +5,7 @@ from math import nan, pi
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import RunRecord
@@ -15,7 +15,8 @@ from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render_run
-from khr_report.film.overlay import LEFT, RIGHT, VERDICTS, Overlay
+from khr_report.film.overlay import TRACE, VERDICTS, Overlay
+from khr_report.film.panels import FAINT, LEFT, PRESSURE, RIGHT, SHOWN, Brush, OverTime
 from khr_report.film.scene import Look, PosedScene, frames, scenario_of, source_of
 from khr_report.film.shadow import Shadow
 from khr_sim.physics.camera import Camera
@@ -110,6 +111,44 @@ def test_the_overlay_says_what_acts_and_what_becomes_of_it():
     green = (np.abs(stood[:40].astype(int) - VERDICTS['stood']).max(axis=-1) < 3).sum()
     assert kept[-1].outcome.verdict == 'stood' and green > 200
     assert (stood != later).any()
+
+
+def test_the_overlay_shows_the_balance_from_above_and_over_time():
+    kept = frames(short())
+    overlay, camera = Overlay(short(), kept, 720), Look().camera(kept[-1].truth)
+    blank = Image.new('RGB', (960, 720), 'white')
+    overlay.draw(blank, kept[-1], camera)
+    picture = np.asarray(blank).astype(int)
+    above, balance, rate = picture[120:300, 20:200], picture[600:, 330:600], picture[600:, 640:]
+    for part, color in (
+        (above, PRESSURE),
+        (balance, PRESSURE),
+        (balance, FAINT),
+        (rate, TRACE),
+        (rate, PRESSURE),
+    ):
+        assert (np.abs(part - color).max(axis=-1) < 30).sum() > 20
+
+
+def test_lines_over_time_end_now_and_swings_are_shaded():
+    time = np.arange(0.0, 2.0, 0.015)
+    line = OverTime(
+        (), 60.0, time, [(TRACE, np.where(time < 1.0, 60.0, -60.0))], {'left': [(0.2, 0.5)]}
+    )
+    blank = Image.new('RGB', (300, 112), 'white')
+    pen = ImageDraw.Draw(blank, 'RGBA')
+    line.draw(Brush(pen, ImageFont.load_default(20), 1.0), (0.0, 0.0, 300.0, 112.0), 1.5)
+    picture = np.asarray(blank).astype(int)
+    rows, columns = np.nonzero(np.abs(picture - TRACE).max(axis=-1) < 30)
+    upper, lower = columns[rows < 60], columns[rows > 70]
+    now, across = 300 - 58, (300 - 58 - 8) / SHOWN
+    assert lower.max() == pytest.approx(now, abs=2)
+    assert upper.max() == pytest.approx(now - 0.5 * across, abs=3)
+    blue = picture[60:70, :, 2] - picture[60:70, :, 0]
+    _, shaded = np.nonzero((blue > 15) & (blue < 40))
+    assert (shaded.min(), shaded.max()) == pytest.approx(
+        (now - 1.3 * across, now - 1.0 * across), abs=2
+    )
 
 
 def test_two_runs_are_side_by_side_and_the_shorter_waits(folder, tmp_path):

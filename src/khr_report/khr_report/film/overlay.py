@@ -1,4 +1,4 @@
-"""Overlay of a film: control, measured signals and outcome."""
+"""Overlay of a film: control, balance, measured signals and outcome."""
 
 from __future__ import annotations
 
@@ -9,38 +9,54 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.balance import BalanceModel
+from khr_bringup.balance import Balance, BalanceModel
 from khr_bringup.changes import Change
+from khr_bringup.recorded.run_signals import pitch_of
 from khr_bringup.scenario.control_text import control_of
+from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.maths.rotation import Array, matrix, pitched
 from khr_description.robot import Robot
+from khr_report.film.panels import (
+    FAINT,
+    INK,
+    LEFT,
+    MASS,
+    PAPER,
+    POINTS,
+    PRESSURE,
+    RADIUS,
+    RIGHT,
+    SMALL,
+    Box,
+    Brush,
+    OverTime,
+    Pen,
+    Swings,
+    draw_from_above,
+)
 from khr_report.film.scene import Frame
 from khr_sim.physics.camera import Camera
 from khr_sim.run_parameters import RunParameters
 
-INK, FAINT, PAPER, TRACE = (30, 34, 40), (120, 124, 130), (255, 255, 255), (20, 60, 140)
-LEFT, RIGHT = (0, 114, 178), (213, 94, 0)  # of the feet, as in figures
-MASS, PRESSURE = (204, 121, 167), (0, 158, 115)  # as on the page
+TRACE = (20, 60, 140)
 VERDICTS = {
     'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
 }  # fmt: skip
 FORCES = (('left toe', LEFT), ('left heel', LEFT), ('right toe', RIGHT), ('right heel', RIGHT))
 COLORS = (INK, PAPER, TRACE, LEFT, RIGHT, *VERDICTS.values())  # that a GIF must not blend
 HEIGHT = 720  # px, of a picture in which sizes below hold
-MARGIN, LARGE, SMALL, PANEL = 18, 30, 20, 112
+MARGIN, LARGE, PANEL = 18, 30, 112
+ABOVE = (180, 160)  # px, of the view from above
 FULL_FORCE = 20.0  # N; the robot weighs 15
 FULL_RATE = 60.0  # deg/s
-SHOWN = GaitParameters().cycle_period  # s of the pitch rate
+FULL_PLACE = 120.0  # mm
 LEVEL = 0.3  # of the width, length of the level line
 FLAT = radians(0.05)  # an inclination that is not drawn
 
-Pen = ImageDraw.ImageDraw
-Box = tuple[float, float, float, float]
-
 
 class Overlay:
-    """Text, level line, forces and pitch rate over the pictures of one run."""
+    """Text, level line, balance, forces and pitch rate over the pictures of one run."""
 
     def __init__(
         self,
@@ -58,61 +74,55 @@ class Overlay:
         for each in sorted(changes, key=lambda change: change.time):
             changed = changed.changed({(each.node, each.parameter): each.value})
             self._controls.append((each.time, control_of(changed)))
-        self._kept = kept
-        self._balance = BalanceModel(Robot.load(), scenario.table(RunParameters))
-        motion = scenario.table(GaitParameters).label
-        self._what = f'{motion}, {scenario.table(RunParameters).surface}'
+        motion = scenario.table(GaitParameters)
+        self._what = f'{motion.label}, {scenario.table(RunParameters).surface}'
         self._outcome = kept[-1].outcome
         self._time = np.array([frame.time for frame in kept])
-        self._rate = np.degrees([frame.pitch_rate for frame in kept])
+        self._balances = _balances(scenario, kept)
+        self._over_time = _panels(self._time, kept, self._balances, swings(motion))
 
     def draw(self, image: Image.Image, frame: Frame, camera: Camera) -> None:
         """Draw over the picture of a frame."""
         pen = ImageDraw.Draw(image, 'RGBA')
+        brush = Brush(pen, self._small, self._scale)
         margin, line = MARGIN * self._scale, 1.3 * SMALL * self._scale
         right, bottom = image.width - margin, image.height - margin
         top = margin + 1.3 * LARGE * self._scale
         control = [text for time, text in self._controls if time <= frame.time][-1]
+        number = min(int(np.searchsorted(self._time, frame.time)), len(self._balances) - 1)
+        balance = self._balances[number]
         pen.text((margin, margin), control, INK, self._large)
-        self._points(pen, frame, camera, (margin, top + line))
         pen.text((margin, top), self._what, FAINT, self._small)
+        self._points(brush, balance, camera, (margin, top + line))
+        start = top + 2.5 * line
+        width, height = ABOVE[0] * self._scale, ABOVE[1] * self._scale
+        box = margin, start, margin + width, start + height
+        draw_from_above(brush, box, balance, frame.truth.inclination)
         self._verdict(pen, right, margin)
-        clock = f't {frame.time:.2f} s'
+        clock = f'lean {degrees(_lean(frame)):.1f} deg   t {frame.time:.2f} s'
         pen.text((right, top + line / 2.0), clock, INK, self._small, anchor='ra')
         self._level(pen, frame, camera)
-        up, middle = bottom - PANEL * self._scale, image.width * 0.44
-        self._forces(pen, (margin, up, middle, bottom), frame)
-        self._pitch_rate(pen, (middle + margin, up, right, bottom), frame.time)
+        up, gap = bottom - PANEL * self._scale, margin / 2.0
+        width = (right - margin - 2.0 * gap) / 3.0
+        lefts = [margin + n * (width + gap) for n in range(3)]
+        self._forces(brush, (lefts[0], up, lefts[0] + width, bottom), frame)
+        for left, panel in zip(lefts[1:], self._over_time, strict=True):
+            panel.draw(brush, (left, up, left + width, bottom), frame.time)
 
-    def _points(self, pen: Pen, frame: Frame, camera: Camera, legend: tuple[float, float]) -> None:
+    def _points(
+        self, brush: Brush, balance: Balance, camera: Camera, legend: tuple[float, float]
+    ) -> None:
         """Draw centre of mass, capture point and centre of pressure on the slope, and name them."""
-        number = int(np.searchsorted(self._time, frame.time))
-        before, balance, earlier = self._kept[max(number - 1, 0)], None, 0.0
-        for each in (before, frame):
-            truth = each.truth
-            balance = self._balance.at(
-                (*truth.position, *truth.orientation),
-                truth.joint_position.tolist(),
-                truth.inclination,
-                truth.contact_force[:, 2].tolist(),
-                balance,
-                each.time - earlier,
-            )
-            earlier = each.time
-        assert balance is not None
-        radius, x = 7 * self._scale, legend[0] + 7 * self._scale
-        for name, color, place in (
-            ('centre of mass', MASS, balance.below),
-            ('capture point', RIGHT, balance.capture),
-            ('centre of pressure', PRESSURE, balance.pressure),
-        ):
-            y = legend[1] + SMALL * self._scale / 2.0
-            pen.ellipse((x - radius, y - radius, x + radius, y + radius), color, PAPER)
-            pen.text((x + 2 * radius, y), name, FAINT, self._small, anchor='lm')
-            x += 4 * radius + pen.textlength(name, self._small)
+        radius = RADIUS * self._scale
+        x, y = legend[0] + radius, legend[1] + SMALL * self._scale / 2.0
+        for name, color, point in POINTS:
+            brush.point(x, y, color)
+            brush.pen.text((x + 2 * radius, y), name, FAINT, self._small, anchor='lm')
+            x += 4 * radius + brush.pen.textlength(name, self._small)
+            place = getattr(balance, point)
             if np.isfinite(place).all():
                 u, v = camera.pixels(place).tolist()
-                pen.ellipse((u - radius, v - radius, u + radius, v + radius), color, PAPER)
+                brush.point(u, v, color)
 
     def _verdict(self, pen: Pen, right: float, top: float) -> None:
         outcome, pad = self._outcome, 6 * self._scale
@@ -147,12 +157,10 @@ class Overlay:
         anchor = 'lb' if uphill < 0.0 else 'rb'
         pen.text((x, y - 6 * self._scale), text, INK, self._small, anchor=anchor)
 
-    def _panel(self, pen: Pen, box: Box) -> None:
-        pen.rounded_rectangle(box, 6 * self._scale, (*PAPER, 205))
-
-    def _forces(self, pen: Pen, box: Box, frame: Frame) -> None:
+    def _forces(self, brush: Brush, box: Box, frame: Frame) -> None:
         """Draw the normal forces of the ground as bars."""
-        self._panel(pen, box)
+        brush.panel(box)
+        pen = brush.pen
         left, top, right, bottom = box
         pad, row = 8 * self._scale, (bottom - top) / 4.0
         start, end = left + 112 * self._scale, right - 72 * self._scale
@@ -164,24 +172,40 @@ class Overlay:
             tip = start + max(0.0, end - start) * min(1.0, max(0.0, force) / FULL_FORCE)
             pen.rectangle((start, y - 0.3 * row, max(tip, start), y + 0.3 * row), color)
 
-    def _pitch_rate(self, pen: Pen, box: Box, now: float) -> None:
-        """Draw the pitch rate over the last gait cycle, with its scale."""
-        self._panel(pen, box)
-        left, top, right, bottom = box
-        pad = 8 * self._scale
-        start, end = left + pad, right - 58 * self._scale
-        high, low = top + 1.5 * SMALL * self._scale, bottom - pad
-        middle, half = (high + low) / 2.0, (low - high) / 2.0
-        for value in (-FULL_RATE, 0.0, FULL_RATE):
-            y = middle - half * value / FULL_RATE
-            pen.line((start, y, end, y), (205, 208, 212), max(1, round(self._scale)))
-            pen.text((end + pad / 2.0, y), f'{value:+.0f}' if value else '0', FAINT, self._small,
-                     anchor='lm')  # fmt: skip
-        inside = (self._time > now - SHOWN) & (self._time < now + 1e-6)
-        across = end - (now - self._time[inside]) * (end - start) / SHOWN
-        down = middle - half * np.clip(self._rate[inside] / FULL_RATE, -1.0, 1.0)
-        points = list(zip(across.tolist(), down.tolist(), strict=True))
-        if len(points) > 1:
-            pen.line(points, TRACE, max(1, round(2.5 * self._scale)), joint='curve')
-        text = f'pitch rate (gyro), deg/s, last {SHOWN} s'
-        pen.text((start, top + pad / 2.0), text, FAINT, self._small)
+
+def _lean(frame: Frame) -> float:
+    return pitch_of(*frame.truth.orientation.tolist())
+
+
+def _balances(scenario: Scenario, kept: Sequence[Frame]) -> list[Balance]:
+    model = BalanceModel(Robot.load(), scenario.table(RunParameters))
+    found: list[Balance] = []
+    earlier = 0.0
+    for each in kept:
+        truth = each.truth
+        found.append(
+            model.at(
+                (*truth.position, *truth.orientation),
+                truth.joint_position.tolist(),
+                truth.inclination,
+                truth.contact_force[:, 2].tolist(),
+                found[-1] if found else None,
+                each.time - earlier,
+            )
+        )
+        earlier = each.time
+    return found
+
+
+def _panels(
+    time: Array, kept: Sequence[Frame], balances: Sequence[Balance], swung: Swings
+) -> tuple[OverTime, OverTime]:
+    """Return the panels of the balance and of the pitch rate over time."""
+    places = 1e3 * np.array([each.margins for each in balances])
+    colors = MASS, RIGHT, PRESSURE, FAINT, FAINT  # as of Margins
+    title = [('balance and edges, mm', FAINT)]
+    balance = OverTime(title, FULL_PLACE, time, list(zip(colors, places.T, strict=True)), swung)
+    gyro = np.degrees([frame.pitch_rate for frame in kept])
+    true = np.degrees([frame.truth.mean_angular_velocity[1] for frame in kept])
+    title = [('pitch rate, deg/s: ', FAINT), ('gyro', TRACE), (', ', FAINT), ('true', PRESSURE)]
+    return balance, OverTime(title, FULL_RATE, time, [(PRESSURE, true), (TRACE, gyro)], swung)
