@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees
 
 import numpy as np
 import pandas as pd
@@ -18,30 +17,22 @@ from khr_studies.tuning.study import Tuning
 def front_picture(answer: Tuning) -> Figure:
     """Draw slip against vibration of all survivors, and the front."""
     with styled():
-        figure = Figure(figsize=(WIDTH, 4.2), layout='constrained')
+        figure = Figure(figsize=(WIDTH, 4.8), layout='constrained')
         axis = figure.subplots()
         axes, up, front = answer.question.axes, answer.survivors, answer.front
         points = axis.scatter(*_places(up), c=up[axes[0].name], cmap='cividis', s=22, zorder=2)
         figure.colorbar(points, ax=axis, label=axes[0].symbol)
         axis.step(*_places(front), where='post', color='#D55E00', label='front', zorder=1)
-        # Only the ends of the front and the marks are named: more names would overlap.
-        for row, place in ((front.iloc[0], 'left'), (front.iloc[-1], 'right')):
-            if row.name != answer.best.name:
-                axis.annotate(
-                    values_text(axes[:2], row),
-                    (1e3 * row['slip_m'], degrees(row['vibration_rad_s'])),
-                    xytext=(0, 6 if place == 'left' else -6),
-                    textcoords='offset points',
-                    ha=place,
-                    va='bottom' if place == 'left' else 'top',
-                    fontsize=7,
-                )
-        _mark(axis, answer.best, 'o', f'chosen: {values_text(axes, answer.best)}')
+        marks = [('chosen', 'o', answer.best)]
         if answer.before.name in up.index:
-            _mark(axis, answer.before, 's', f'before: {values_text(axes, answer.before)}')
+            marks.append(('before', 's', answer.before))
+        marks += [('least slip', '<', front.iloc[0]), ('least vibration', 'v', front.iloc[-1])]
+        for name, marker, row in marks:
+            _mark(axis, row, marker, f'{name}: {values_text(axes, row)}')
         axis.set_xlabel('largest slip of a sole (mm)')
         axis.set_ylabel('vibration above 4 Hz (°/s)')
-        axis.legend()
+        # Names beside the points would hide others.
+        figure.legend(loc='outside lower center', ncols=2)
         head(
             figure,
             f'{answer.question.scenario.name}: {len(up)} of {len(answer.tried)} candidates stay '
@@ -63,7 +54,7 @@ def _mark(axis: Axes, row: pd.Series, marker: str, label: str) -> None:
     axis.plot(
         *_places(row.to_frame().T.astype(float)),
         marker=marker,
-        markersize=11,
+        markersize=11 if marker in 'os' else 8,
         markerfacecolor='none',
         markeredgecolor='black',
         linestyle='none',

@@ -15,11 +15,13 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError, RunError
+from khr_report.plots.plot_style import styled
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import Member
 from khr_studies.measuring.run_table import run_table
 from khr_studies.tuning import page as tune_page
 from khr_studies.tuning import study
+from khr_studies.tuning.figure import front_picture
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, parameter_changes
 from khr_studies.tuning.study import MERITS, Question, Tuning, places, summarise, tune
 from khr_sweeps.trial import Row
@@ -183,6 +185,18 @@ def test_a_gain_of_nothing_switches_its_controller_off():
     assert off.table(HipControllerParameters).enabled
     assert [axis.value_in(off) for axis in GAINS] == [0.0, 5.0]
     assert [axis.value_in(WALK) for axis in GAINS] == [12.0, 0.0]
+
+
+def test_no_name_in_the_picture_of_the_front_hides_a_point(invented, tmp_path):
+    answer = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path)
+    with styled():
+        figure = front_picture(answer)
+        figure.draw_without_rendering()
+    axis, (legend,) = figure.axes[0], figure.legends
+    frame, names = axis.get_window_extent(), legend.get_window_extent()
+    assert not axis.texts and names.y1 < frame.y0
+    shown = [text.get_text().partition(':')[0] for text in legend.get_texts()]
+    assert shown == ['front', 'chosen', 'before', 'least slip', 'least vibration']
 
 
 def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
