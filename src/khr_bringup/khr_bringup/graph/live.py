@@ -14,10 +14,11 @@ import yaml
 
 from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
 from khr_bringup.node_registry import registry, table_of
+from khr_bringup.scenario.parameter_file import parse_value
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
-from khr_common.text.quoting import quoted
-from khr_common.text.strict_yaml import read_file
+from khr_common.text.quoting import named, quoted
+from khr_common.text.strict_yaml import read_file, read_yaml
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
 
@@ -37,6 +38,23 @@ class LiveParameter:
         """Return the value as YAML, as accepted by ``khr set``."""
         # In a list, because YAML marks the end of a document that is a bare scalar.
         return yaml.safe_dump([self.value], default_flow_style=True, width=inf).strip()[1:-1]
+
+    def read(self, node: str, text: str) -> Any:
+        """Read another value of it from YAML, of its type where YAML leaves that open.
+
+        The tables of all nodes need not be imported for it, except for an empty list.
+        """
+        value = read_yaml(text, named(f'{node}.{self.name}'))
+        if isinstance(self.value, str) and not isinstance(value, str):
+            return text
+        if isinstance(self.value, float) and type(value) is int:
+            return float(value)
+        if isinstance(self.value, list) and isinstance(value, list):
+            if not self.value:
+                return parse_value(node, self.name, text)
+            if isinstance(self.value[0], float):
+                return [float(each) if type(each) is int else each for each in value]
+        return value
 
 
 def get_parameters(
@@ -58,18 +76,20 @@ def get_parameters(
 
 
 def set_parameter(
-    node: str, name: str, value: Any, domain: int | None = None, timeout: float = PATIENCE
+    node: str, name: str, text: str, domain: int | None = None, timeout: float = PATIENCE
 ) -> tuple[LiveParameter, LiveParameter]:
-    """Change a parameter of a node; return it before and after the change.
+    """Change a parameter of a node to a value in YAML; return it before and after the change.
 
     Raises:
-        KhrError: as above, or if the node refuses the value; the text is its reason.
+        KhrError: as above, or if it is no YAML, or the node refuses the value.
     """
     from rclpy.parameter import Parameter
 
     with _client(node, domain, timeout) as call:
         (before,) = _get(call, node, name)
-        check_change(node, before, value)
+        value = before.read(node, text)
+        if before.fixed:
+            check_change(node, before, value)
         try:
             parameter = Parameter(name, value=value)
         except (TypeError, ValueError, AssertionError) as error:
@@ -79,6 +99,7 @@ def set_parameter(
             ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:
+            check_change(node, before, value)
             raise KhrError(f'{node}: {result.reason or f"{name} cannot change now"}')
         (after,) = _get(call, node, name)
         return before, after

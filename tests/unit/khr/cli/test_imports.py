@@ -34,6 +34,15 @@ def test_a_verb_for_a_running_graph_imports_no_arrays_and_no_scenarios(verb):
     assert not imported(verb) & HEAVY
 
 
+def test_a_value_is_read_without_the_tables_of_the_nodes():
+    script = (
+        'import sys; from khr_bringup.graph.live import LiveParameter as P; import rclpy;'
+        "print(P('gain', 1.0, '').read('gait', '3'), 'numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, '-c', script], check=True, capture_output=True)
+    assert done.stdout.decode() == '3.0 False\n'
+
+
 def test_only_the_module_of_the_verb_is_imported():
     verbs = {each for each in imported('film') if each.startswith('khr.cli.verbs.')}
     assert verbs == {'khr.cli.verbs.recordings', 'khr.cli.verbs.options'}

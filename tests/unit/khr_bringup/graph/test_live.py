@@ -32,8 +32,27 @@ SCALARS = (
     ],
 )
 def test_what_is_shown_can_be_set(node, name, value):
-    again = parse_value(node, name, LiveParameter(name, value, '').as_yaml)
-    assert (again, type(again)) == (value, type(value))
+    shown = LiveParameter(name, value, '')
+    for again in (parse_value(node, name, shown.as_yaml), shown.read(node, shown.as_yaml)):
+        assert (again, type(again)) == (value, type(value))
+
+
+@pytest.mark.parametrize(
+    ('value', 'text', 'read'),
+    [
+        (12.0, '14', 14.0),
+        (12, '14', 14),
+        ('a', '14', '14'),
+        ([1.0], '[2, 3.5]', [2.0, 3.5]),
+        ([1], '[2]', [2]),
+        ([], '[2]', [2]),
+        (True, 'false', False),
+        (12.0, 'fast', 'fast'),
+    ],
+)
+def test_a_value_is_read_as_the_present_one(value, text, read):
+    found = LiveParameter('gain', value, '').read('another_node', text)
+    assert (found, type(found)) == (read, type(read))
 
 
 @given(SCALARS | st.lists(SCALARS))

@@ -15,7 +15,6 @@ from khr_bringup.graph.live import PATIENCE, LiveParameter, get_parameters
 from khr_bringup.graph.live import set_parameter as set_live
 from khr_bringup.graph.live import switch_scenario as switch
 from khr_bringup.graph.run_registry import RunEntry, choose, running
-from khr_bringup.scenario.parameter_file import parse_value
 
 RunningDomainOption = Annotated[
     int | None,
@@ -61,9 +60,8 @@ def set_parameter(
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
     """Change a parameter of a running graph; it acts from the next control period."""
-    typed = parse_value(node, name, value)
     entry = choose(domain)
-    before, after = set_live(node, name, typed, entry.domain, timeout)
+    before, after = set_live(node, name, value, entry.domain, timeout)
     print(f'{node}.{name}: {before.as_yaml} -> {after.as_yaml}{_comment(after)}')
     _name(entry)
 
