@@ -18,6 +18,7 @@ DATA, PAGE = ROOT / 'docs' / 'performance.json', ROOT / 'docs' / 'performance.md
 ENGINES = ('bullet', 'mujoco')
 ROUNDS = {  # measured in several rounds
     'graphs': graphs.measure,
+    'graphs_mujoco': lambda: graphs.measure(graphs.MUJOCO_CASES),
     'swept': commands.sweeps,
     'environments': environments.measure,
 }

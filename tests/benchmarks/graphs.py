@@ -23,11 +23,15 @@ from tests.benchmarks.clock import WALL, clocks, log, speeds, timed
 from tests.support.runs import KHR, Bag, children
 
 SCENARIO, SECONDS = 'walk_0deg', 6.0
+MUJOCO_ENGINE = '--engine', 'mujoco'
 SHORT = scenarios.load_scenario(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
 STEPS, MUJOCO_TWIN = "the twin's steps alone", 'offline twin, MuJoCo'
+MUJOCO_ALONE = 'the twin, beside the graphs, MuJoCo'
 ONE, ONE_RECORDED = 'one process', 'one process, recorded'
 EACH, EACH_RECORDED = 'a process per node', 'a process per node, recorded'
+MUJOCO_ONE, MUJOCO_ONE_RECORDED = f'{ONE}, MuJoCo', f'{ONE_RECORDED}, MuJoCo'
+MUJOCO_EACH, MUJOCO_EACH_RECORDED = f'{EACH}, MuJoCo', f'{EACH_RECORDED}, MuJoCo'
 LATENCY = 'latency_p50_ms', 'latency_p99_ms'
 bullet = pybullet.bullet
 
@@ -162,10 +166,19 @@ CASES = {
 }
 
 
-def measure():
+MUJOCO_CASES = {
+    MUJOCO_ALONE: lambda: offline(on('mujoco')),
+    MUJOCO_ONE: lambda: graph('--one-process', '--no-record', *MUJOCO_ENGINE),
+    MUJOCO_ONE_RECORDED: lambda: graph('--one-process', '--no-draw', *MUJOCO_ENGINE),
+    MUJOCO_EACH: lambda: graph('--processes', '--no-record', *MUJOCO_ENGINE),
+    MUJOCO_EACH_RECORDED: lambda: graph('--processes', '--no-draw', *MUJOCO_ENGINE),
+}
+
+
+def measure(cases=CASES):
     """Return speed, memory and latency of every case."""
     found = {}
-    for name, case in CASES.items():
+    for name, case in cases.items():
         log(f'graphs: {name}')
         found[name] = case()
     return found

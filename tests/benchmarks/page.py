@@ -33,6 +33,10 @@ GOALS = (
     Goal('graphs', graphs.ONE_RECORDED, graphs.ONE, 0.8),
     Goal('graphs', graphs.EACH, graphs.TWIN, 0.6),
     Goal('graphs', graphs.EACH_RECORDED, graphs.EACH, 0.8),
+    Goal('graphs_mujoco', graphs.MUJOCO_ONE, graphs.MUJOCO_ALONE, 0.48),
+    Goal('graphs_mujoco', graphs.MUJOCO_ONE_RECORDED, graphs.MUJOCO_ONE, 0.85),
+    Goal('graphs_mujoco', graphs.MUJOCO_EACH, graphs.MUJOCO_ALONE, 0.32),
+    Goal('graphs_mujoco', graphs.MUJOCO_EACH_RECORDED, graphs.MUJOCO_EACH, 0.85),
     Goal('swept', commands.TWO, commands.ONE, 1.8),
     Goal('swept', commands.MUJOCO, commands.TWO, 3.0),
     Goal('swept', commands.ONE, commands.PLACE, 0.97),
@@ -63,22 +67,17 @@ def page(data):
         ),
         goals=table(
             ('speed of', 'against', 'clock', 'goal', 'least', 'median', 'most', ''),
-            [_goal(goal, data[goal.part]) for goal in GOALS],
+            [_goal(goal, data.get(goal.part)) for goal in GOALS],
         ),
         speeds=table(
             ('case', 'least', 'median', 'most'),
             [
-                (
-                    case,
-                    *(
-                        f'{value:.2f}'
-                        for value in spread(run[case][WALL] for run in data['graphs'])
-                    ),
-                )
-                for case in data['graphs'][0]
+                (case, *(f'{value:.2f}' for value in spread(run[case][WALL] for run in rounds)))
+                for rounds in (data['graphs'], data.get('graphs_mujoco', [{}]))
+                for case in rounds[0]
             ],
         ),
-        graphs='\n'.join(_graphs(data['graphs'])),
+        graphs='\n'.join((*_graphs(data['graphs']), *_graphs(data.get('graphs_mujoco', [{}])))),
         board=_board(data['board']),
         period=table(
             ('engine', 'part', 'us', 'share'),
@@ -121,6 +120,9 @@ def spread(values):
 
 def _goal(goal, rounds):
     """Return the row of a goal."""
+    if not rounds:
+        clock = 'wall' if goal.clock == WALL else 'computing'
+        return goal.name, goal.base, clock, f'{goal.least:.0%}', '-', '-', '-', 'not measured'
     found = spread(run[goal.name][goal.clock] / run[goal.base][goal.clock] for run in rounds)
     clock = 'wall' if goal.clock == WALL else 'computing'
     shown = (f'{ratio:.0%}' for ratio in (goal.least, *found))
