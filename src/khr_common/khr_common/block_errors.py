@@ -9,12 +9,7 @@ from typing import Any
 
 
 def error_text(kind: type[Any], error: Exception) -> str:
-    """Return an exception of a block as one line with the type, the text, file and line.
-
-    Args:
-        kind: class of the block.
-        error: that the block raised.
-    """
+    """Return an exception of a block as one line with the type, the text, file and line."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if frame.filename == inspect.getfile(kind)]
     place = (own or frames)[-1]

@@ -22,9 +22,6 @@ class Session:
     Parameters changed on the page also apply to the next run: all of them if the scenario is the
     same, otherwise only gains and speed.
 
-    Args:
-        scenario: of the first run.
-
     Attributes:
         scenario: of the present run.
         next: of the next run; None if no next run is requested.

@@ -18,9 +18,6 @@ class Intruders:
 
     A participant listens on two adjacent ports of its domain, so a program with only one of them
     does not count. The superuser is ignored.
-
-    Args:
-        domain: ROS domain.
     """
 
     def __init__(self, domain: int) -> None:

@@ -79,13 +79,7 @@ class Processes:
         self.start_module(name, EXECUTABLE, [str(path), *arguments])
 
     def start_module(self, name: str, module: str, arguments: list[str]) -> None:
-        """Start a module with its output in ``name.log``; it ends with this process.
-
-        Args:
-            name: of the process.
-            module: to run.
-            arguments: of its command line.
-        """
+        """Start a module with its output in ``name.log``; it ends with this process."""
         path, for_this_user = self._log / f'{name}.log', partial(os.open, mode=0o600)
         with open(path, 'wb', opener=for_this_user) as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(

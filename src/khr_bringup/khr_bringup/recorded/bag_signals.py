@@ -121,11 +121,6 @@ def series_of(
 ) -> tuple[Series, Outcome | None]:
     """Align the messages on :func:`signal_topics` in time, and judge the run.
 
-    Args:
-        messages: of the bag.
-        scenario: as it began.
-        changes: of parameters while it ran.
-
     Returns:
         The signals, NaN where the bag lacks them, and the outcome; None if the bag nowhere holds
         the whole truth.

@@ -142,11 +142,7 @@ def read_what_is_left(
 
 
 def final_state(states: Sequence[Any]) -> dict[str, str]:
-    """Return the simulator's report at the end of a run; empty if the bag has no end.
-
-    Args:
-        states: the messages on ``simulator/state``.
-    """
+    """Return the simulator's report at the end of a run; empty if the bag has no end."""
     finished = [message for message in states if message.message == FINISHED]
     return {pair.key: pair.value for pair in finished[-1].values} if finished else {}
 

@@ -6,11 +6,6 @@ import numpy as np
 
 
 def generator(seed: int, name: str) -> np.random.Generator:
-    """Return the generator of a node: with the same seed, no two nodes draw alike.
-
-    Args:
-        seed: of the run.
-        name: of the node.
-    """
+    """Return the generator of a node: with the same seed, no two nodes draw alike."""
     sequence = np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))
     return np.random.Generator(np.random.PCG64(sequence))

@@ -42,11 +42,6 @@ from khr_studies.measuring.json_file import write_json
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
     """Write page, data, figures and constants beside one another; return a summary of one line.
 
-    Args:
-        calibration: the result.
-        candidates: all measured candidates.
-        out: the page.
-
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
     """

@@ -55,10 +55,6 @@ def write_index(out: Path, results: Reproduction) -> Path:
     """Write the page of a reproduction as ``index.html`` and return its path.
 
     The page needs no network: it contains its pictures, and links to CSV files in its folder alone.
-
-    Args:
-        out: folder of the page.
-        results: content of the page.
     """
     board = results.findings.scoreboard
     sections = [

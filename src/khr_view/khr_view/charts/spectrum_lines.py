@@ -56,9 +56,6 @@ class SpectrumLines:
 def peaks_in(array: Any) -> list[PlacedPeak]:
     """Return the peaks of a message on ``spectrum/peaks``.
 
-    Args:
-        array: a diagnostic_msgs/DiagnosticArray.
-
     Raises:
         MalformedError: if a value is not a number.
     """
