@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.resources import files
-from math import degrees, isfinite, radians
+from math import degrees, radians
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from khr_common import ParameterError, build, parameter, specifications
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS, REGIONS
 from khr_common.published import AD_STEP
@@ -19,17 +21,33 @@ from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, ICS_NUMBERS
 COUNT = radians(COUNT_DEG)
 EDGE = 1e-6  # rad, tolerance for rounding at a limit
 MAPS, DEFAULT = files('khr_hardware') / 'maps', 'khr3hv'
+Table = TypeVar('Table')
 
 
 @dataclass(frozen=True)
 class ServoWiring:
     """A servo and its joint."""
 
-    ics: int  # ICS number of the servo
-    sign: int  # 1 if the counts increase with the joint angle, -1 if they decrease
-    trim: int  # expected in the board, counts
-    zero: int  # position at the joint angle 0, counts, without trim
-    limits: tuple[float, float]  # of the joint, rad
+    ics: int = parameter(0, 'ICS number of the servo.', f'[0, {ICS_NUMBERS - 1}]')
+    sign: int = parameter(1, '1 if the counts increase with the joint angle, else -1.')
+    trim: int = parameter(0, 'Expected in the board.', '[-4000, 4000] counts')
+    zero: int = parameter(
+        7500, 'Position at the joint angle 0, without trim.', '[3500, 11500] counts'
+    )
+    min_deg: float = parameter(-180.0, 'Lower limit of the joint.', '[-180, 180] deg')
+    max_deg: float = parameter(180.0, 'Upper limit of the joint.', '[-180, 180] deg')
+
+    def __post_init__(self) -> None:
+        _check_sign(self.sign)
+        if self.min_deg >= self.max_deg:
+            raise ParameterError(
+                f'max_deg: {self.max_deg:g} is not accepted; accepted: above min_deg'
+            )
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
+        """Return the limits of the joint, rad."""
+        return radians(self.min_deg), radians(self.max_deg)
 
     def counts(self, angle: float) -> int:
         """Return the position nearest to an angle in rad, rounded as the simulated board does."""
@@ -44,9 +62,14 @@ class ServoWiring:
 class GyroWiring:
     """The pitch gyro."""
 
-    channel: int  # AD port
-    sign: int  # 1 if the voltage increases with a forward pitch rate, -1 if it decreases
-    volts_per_rad_s: float  # at the AD port, including the gain of an amplifier
+    channel: int = parameter(1, 'AD port.', f'[1, {AD_CHANNELS - 1}]')
+    sign: int = parameter(1, '1 if the voltage increases with a forward pitch rate, else -1.')
+    volts_per_rad_s: float = parameter(
+        1.0, 'At the AD port, including the gain of an amplifier.', '[0.001, 10]'
+    )
+
+    def __post_init__(self) -> None:
+        _check_sign(self.sign)
 
     @property
     def step(self) -> float:
@@ -56,10 +79,10 @@ class GyroWiring:
 
 @dataclass(frozen=True)
 class ForceWiring:
-    """A force sensor: AD port and force per voltage, N/V."""
+    """A force sensor."""
 
-    channel: int
-    newtons_per_volt: float
+    channel: int = parameter(1, 'AD port.', f'[1, {AD_CHANNELS - 1}]')
+    newtons_per_volt: float = parameter(1.0, 'Force per voltage.', '[0.1, 1000] N/V')
 
 
 @dataclass(frozen=True)
@@ -101,12 +124,21 @@ class JointMap:
             servos = cls.load().servos
         else:
             found = _mapping(parts['servos'], JOINTS, f'{named(file)}: servos')
-            servos = {joint: _servo(found[joint], f'{named(file)}: {joint}') for joint in JOINTS}
-        gyro = None if parts['gyro'] is None else _gyro(parts['gyro'], f'{named(file)}: gyro')
+            servos = {
+                joint: _read(ServoWiring, found[joint], f'{named(file)}: {joint}')
+                for joint in JOINTS
+            }
+        gyro = (
+            None
+            if parts['gyro'] is None
+            else _read(GyroWiring, parts['gyro'], f'{named(file)}: gyro')
+        )
         forces = {}
         if parts['forces'] is not None:
             given = _mapping(parts['forces'], tuple(REGIONS), f'{named(file)}: forces')
-            forces = {name: _force(given[name], f'{named(file)}: {name}') for name in REGIONS}
+            forces = {
+                name: _read(ForceWiring, given[name], f'{named(file)}: {name}') for name in REGIONS
+            }
         channels = [force.channel for force in forces.values()] + ([gyro.channel] if gyro else [])
         _check_once([servo.ics for servo in servos.values()], f'{named(file)}: ICS number')
         _check_once(channels, f'{named(file)}: AD channel')
@@ -158,66 +190,30 @@ class JointMap:
         }
 
 
-def _servo(data: Any, where: str) -> ServoWiring:
-    values = _mapping(data, ('ics', 'sign', 'trim', 'zero', 'min_deg', 'max_deg'), where)
-    low, high = (_number(values, key, -180.0, 180.0, where) for key in ('min_deg', 'max_deg'))
-    if low >= high:
-        raise KhrError(f'{where}.max_deg: {high:g} is not accepted; accepted: above min_deg')
-    return ServoWiring(
-        _integer(values, 'ics', 0, ICS_NUMBERS - 1, where),
-        _sign(values, where),
-        _integer(values, 'trim', -4000, 4000, where),
-        _integer(values, 'zero', 3500, 11500, where),
-        (radians(low), radians(high)),
-    )
-
-
-def _gyro(data: Any, where: str) -> GyroWiring:
-    values = _mapping(data, ('channel', 'sign', 'volts_per_rad_s'), where)
-    return GyroWiring(
-        _integer(values, 'channel', 1, AD_CHANNELS - 1, where),
-        _sign(values, where),
-        _number(values, 'volts_per_rad_s', 0.001, 10.0, where),
-    )
-
-
-def _force(data: Any, where: str) -> ForceWiring:
-    values = _mapping(data, ('channel', 'newtons_per_volt'), where)
-    return ForceWiring(
-        _integer(values, 'channel', 1, AD_CHANNELS - 1, where),
-        _number(values, 'newtons_per_volt', 0.1, 1000.0, where),
-    )
+def _read(table: type[Table], data: Any, where: str) -> Table:
+    """Build a table of which every value is given; integers for floats are accepted."""
+    known = specifications(table)
+    values = {
+        key: float(value) if known[key].kind is float and type(value) is int else value
+        for key, value in _mapping(data, [*known], where).items()
+    }
+    try:
+        return build(table, values)
+    except ParameterError as error:
+        raise KhrError(f'{where}.{error}') from error
 
 
 def _mapping(data: Any, keys: Sequence[str], where: str) -> dict[str, Any]:
     if not isinstance(data, dict) or set(data) != set(keys):
-        raise _refusal(where, data, f'a mapping of {", ".join(keys)}')
+        raise KhrError(
+            f'{where}: {quoted(data)} is not accepted; accepted: a mapping of {", ".join(keys)}'
+        )
     return data
 
 
-def _integer(values: dict[str, Any], key: str, low: int, high: int, where: str) -> int:
-    value = values[key]
-    if type(value) is not int or not low <= value <= high:
-        raise _refusal(f'{where}.{key}', value, f'integer in [{low}, {high}]')
-    return value
-
-
-def _number(values: dict[str, Any], key: str, low: float, high: float, where: str) -> float:
-    value = values[key]
-    if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
-        raise _refusal(f'{where}.{key}', value, f'float in [{low:g}, {high:g}]')
-    return float(value)
-
-
-def _sign(values: dict[str, Any], where: str) -> int:
-    sign = values['sign']
-    if type(sign) is not int or sign not in (-1, 1):
-        raise _refusal(f'{where}.sign', sign, '1 | -1')
-    return sign
-
-
-def _refusal(where: str, value: Any, accepted: str) -> KhrError:
-    return KhrError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
+def _check_sign(sign: int) -> None:
+    if sign not in (-1, 1):
+        raise ParameterError(f'sign: {sign} is not accepted; accepted: 1 | -1')
 
 
 def _check_once(numbers: Sequence[int], where: str) -> None:

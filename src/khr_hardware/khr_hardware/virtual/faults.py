@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
+from khr_common import ParameterError, build, parameter, specifications
 from khr_common.errors import KhrError
 from khr_hardware.protocol.frames import decode, refusal
 
@@ -17,38 +18,28 @@ BROWNOUT = 0.5  # s without a reply during the loss of supply
 class Fault:
     """A series of faults."""
 
-    kind: str  # one of KINDS; brownout restarts the board, which frees its servos
-    start: float = 0.0  # time after power-on, s
-    count: int = 1  # number of affected replies
-    duration: float = 0.05  # delay of a late reply, or duration of the silence, s
+    kind: str = parameter(
+        '', 'Kind; brownout restarts the board, which frees its servos.', choices=KINDS
+    )
+    start: float = parameter(0.0, 'Time after power-on.', '[0, 1e6] s')
+    count: int = parameter(1, 'Number of affected replies.', '[1, inf]')
+    duration: float = parameter(
+        0.05, 'Delay of a late reply, or length of the silence.', '[0, 1e6] s'
+    )
 
     @classmethod
     def parse(cls, text: str) -> Fault:
-        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required.
-
-        Raises:
-            KhrError: if the text is invalid.
-        """
-        kinds = {'kind': str, 'start': float, 'count': int, 'duration': float}
-        values = {}
-        for word in text.split():
-            key, _, value = word.partition('=')
-            try:
-                values[key] = kinds[key](value)
-            except (KeyError, ValueError) as error:
-                raise _refused(text) from error
-        fault = cls(**{'kind': '', **values})
-        bounded = 0.0 <= fault.start < 1e6 and fault.count > 0 and 0.0 <= fault.duration < 1e6
-        if fault.kind not in KINDS or not bounded:
-            raise _refused(text)
-        return fault
-
-
-def _refused(text: str) -> KhrError:
-    return KhrError(
-        f'fault: {text!r:.80} is not accepted; accepted: "kind=KIND start=S count=N duration=S", '
-        f'KIND one of {" | ".join(KINDS)}'
-    )
+        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required."""
+        known, words = specifications(cls), (word.partition('=') for word in text.split())
+        try:
+            return build(
+                cls, {'kind': '', **{key: known[key].kind(value) for key, _, value in words}}
+            )
+        except (KeyError, ValueError, ParameterError) as error:
+            raise KhrError(
+                f'fault: {text!r:.80} is not accepted; accepted: "kind=KIND start=S count=N '
+                f'duration=S", KIND one of {" | ".join(KINDS)}'
+            ) from error
 
 
 class Faults:
