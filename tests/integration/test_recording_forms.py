@@ -1,13 +1,19 @@
 """Every verb reads a run from every form of its bag, and the answers agree."""
 
+import math
+from base64 import b64decode
 from functools import partial
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
 import khr
 from khr.cli.app import app
+from khr_analysis.sampling import Samples
+from khr_analysis.spectrum import FftAnalyserParameters
 from khr_bringup.recorded.channel import read_channel
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.recover import recover
@@ -15,7 +21,9 @@ from khr_bringup.recorded.verify import verify
 from khr_common.errors import KhrError
 from khr_report.film.scene import source_of
 from khr_report.run.contents import contents_of, is_foreign
+from khr_report.run.page import report
 from khr_studies.peak_origin.recorded import peaks_of_recording
+from khr_view.charts.charts import charts
 from khr_view.model.recorded import Timeline
 from tests.fakes.recordings import JAZZY, as_humble, as_iron, rewritten, tone, write
 from tests.support import runs
@@ -152,6 +160,36 @@ def test_a_scenario_has_no_namespace(verb):
     done = CliRunner().invoke(app(), [verb, 'stand_0deg', '--namespace', 'a'])
     assert 'khr' not in done.output and isinstance(done.exception, KhrError)
     assert str(done.exception).startswith('--namespace: stand_0deg ')
+
+
+# ---- with a gap ----
+
+
+def test_a_gap_stays_a_gap(run, tmp_path):
+    messages = [
+        each
+        for each in messages_of(run / 'bag')
+        if not 0.1e9 < each[0] < 0.25e9 or each[2] == '/scenario'
+    ]
+    bag = write(tmp_path / 'bag', messages)
+    rate = next(chart for chart in charts() if chart.title == 'Pitch rate')
+    times, gyro, _ = Timeline(bag).columns(rate, 0.3)
+    assert times[np.isnan(gyro)] == pytest.approx([0.175], abs=0.01)
+    page = report(bag, None, tmp_path / 'page.html').read_text()
+    table = b64decode(page.split('data:text/csv;base64,')[1].split('"')[0]).decode()
+    assert [row.split(',')[1] == 'nan' for row in table.splitlines()[1:]].count(True) == 1
+
+
+def test_a_spectrum_ends_with_its_stretch():
+    tone = np.sin(math.tau * 5.0 * 0.015 * np.arange(400))
+    shown = SimpleNamespace(
+        _gyro=Samples(2.0, 0.015, tone, 33.3, ()),
+        _analyser=FftAnalyserParameters(),
+        motion=SimpleNamespace(cycle=0.0),
+    )
+    assert Timeline.spectrum(shown, 7.9) is not None
+    assert Timeline.spectrum(shown, 8.01) is not None
+    assert Timeline.spectrum(shown, 8.2) is None
 
 
 # ---- not of khr ----

@@ -48,7 +48,7 @@ def recorded_spectrum(samples: Samples, begin: float = -inf, end: float = inf) -
         window='hann',
         control_period=part.period,
         window_length=size * part.period,
-        max_frequency=part.nyquist,
+        max_frequency=part.highest,
         peak_threshold=SMALLEST,
         remove_mean=False,
     )
@@ -56,10 +56,13 @@ def recorded_spectrum(samples: Samples, begin: float = -inf, end: float = inf) -
     noise = max(NOISE * float(np.median(found.amplitude)), ROUNDING * float(np.ptp(part.values)))
     peaks = tuple(peak for peak in found.peaks if peak.amplitude > noise)
     length = size * part.period
+    limit = f'Highest frequency {part.highest:.4g} Hz'
+    if not part.resampled:
+        limit = f'Nyquist frequency {part.highest:.4g} Hz'
     notes = (
         *part.notes,
         f'{length:.2f} s over a Hann window, without mean and trend: lines closer than '
-        f'{2.0 / length:.3g} Hz are one. Nyquist frequency {part.nyquist:.4g} Hz: the recording '
-        'holds nothing above it, and aliasing within the sensor cannot be detected.',
+        f'{2.0 / length:.3g} Hz are one. {limit}: the spectrum shows nothing above it, and aliasing '
+        'within the sensor cannot be detected.',
     )
     return RecordedSpectrum(part, replace(found, peaks=peaks), notes)

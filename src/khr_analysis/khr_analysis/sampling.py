@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from khr_common.errors import KhrError
+from khr_common.maths.gaps import GAP
 from khr_common.stamps import SYSTEM_TIME
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 LEAST = 8  # samples of a spectrum
-GAP = 3.5  # periods between two samples, above which there is a gap; shorter ones are bridged
 DISORDER = 3.0  # periods that a timestamp may be behind its predecessor: messages were swapped
 YEAR = 3.15e16  # ns: a longer step is a change of the clock
 EVEN = 0.05  # of a period, standard deviation of timestamps that count as even
@@ -39,13 +39,18 @@ class Samples:
     start: float  # time of the first sample, s; system time counts from its first timestamp
     period: float  # between the samples, s
     values: Array  # (N,)
-    nyquist: float  # highest frequency that the recording holds, Hz
+    highest: float  # frequency that is shown, Hz; the Nyquist frequency unless resampled
     notes: tuple[str, ...]  # on rate and corrections, a sentence each
 
     @property
     def times(self) -> Array:
         """Return the time of each sample, s, (N,)."""
         return np.asarray(self.start + self.period * np.arange(len(self.values)))
+
+    @property
+    def resampled(self) -> bool:
+        """Return whether the timestamps are too uneven to be taken for a grid."""
+        return 2.0 * self.highest * self.period < 1.0 - ROUNDING
 
     @property
     def span(self) -> tuple[float, float]:
@@ -220,13 +225,14 @@ def _resampled(times: Array, values: Array, rate: str) -> Samples:
     size = int(times[-1] / period + 1e-9) + 1
     if size > MOST:
         raise KhrError(f'{size} samples are too many; accepted: at most {MOST}')
-    nyquist = 0.5 / float(np.percentile(steps, 95))
+    highest = 0.5 / float(np.percentile(steps, 95))
     note = (
-        f'{rate}: resampled evenly at {1.0 / period:.5g} Hz by cubic splines; frequencies above '
-        f'{nyquist:.4g} Hz are not shown.'
+        f'{rate}: resampled evenly at {1.0 / period:.5g} Hz by cubic splines. The spectrum ends at '
+        f'{highest:.4g} Hz, half the rate of the longer intervals (5 % are longer still), below half '
+        f'the mean rate, {0.5 / mean:.4g} Hz.'
     )
     grid = period * np.arange(size)
-    return Samples(0.0, period, np.asarray(CubicSpline(times, values)(grid)), nyquist, (note,))
+    return Samples(0.0, period, np.asarray(CubicSpline(times, values)(grid)), highest, (note,))
 
 
 def within(samples: Samples, begin: float = -inf, end: float = inf) -> Samples:

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts, interpolate
+from khr_common.maths.gaps import interpolated
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.charts.traces import shade
 from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
@@ -103,7 +104,7 @@ class PlayedRuns:
         found = [run.columns(single, self.now) for run in self._runs]
         times = max((own for own, *_ in found), key=len)
         return times, *(
-            interpolate(times, own, values) for own, *lines in found for values in lines
+            interpolated(times, own, values) for own, *lines in found for values in lines
         )
 
 

@@ -62,7 +62,7 @@ class Channel:
             found.start,
             found.period,
             found.values,
-            found.nyquist,
+            found.highest,
             (*self.notes, *chosen, *found.notes),
         )
 

@@ -18,6 +18,7 @@ from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
+from khr_common.maths.gaps import broken
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
 from khr_report.run.timing import Timing, title_of_run
@@ -113,7 +114,8 @@ class Pane:
         axis.set_title(self.title)
         for name, series, signal in self.lines:
             label = name if len(self.lines) > 1 else '_'
-            (line,) = axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
+            drawn = broken(series.time, [signal.values(series)])
+            (line,) = axis.plot(*drawn, label=label, linewidth=0.8)
             if signal.color:
                 line.set_color(signal.color)
         axis.set(ylabel=self.unit)

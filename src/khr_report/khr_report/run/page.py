@@ -19,6 +19,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_common import specifications
 from khr_common.errors import KhrError
+from khr_common.maths.gaps import broken
 from khr_common.text.quoting import one_line
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
@@ -270,8 +271,9 @@ def _files(run: RunContents, page: Path) -> list[tuple[str, str]]:
 
 def _csv(series: Series) -> bytes:
     """Return the signals as CSV with units, angles in deg, one column per number."""
-    columns = series.with_units
-    return csv_text(columns, zip(*columns.values(), strict=True), 9).encode()
+    times, *others = (columns := series.with_units).values()
+    rows = zip(*broken(times, others), strict=True)
+    return csv_text(columns, rows, 9).encode()
 
 
 def _difference(one: RunContents, other: RunContents) -> str:

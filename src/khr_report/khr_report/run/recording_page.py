@@ -88,7 +88,7 @@ def _spectrum(found: RecordedSpectrum, unit: str) -> Figure:
             f'{peak.frequency:.2f}', (peak.frequency, peak.amplitude), fontsize=7, ha='center'
         )
     axis.set(
-        xlabel=f'frequency (Hz), up to the Nyquist frequency of {found.samples.nyquist:.4g} Hz',
+        xlabel=f'frequency (Hz), up to {found.samples.highest:.4g} Hz',
         ylabel=f'amplitude ({unit})',
         ylim=(0.0, 1.1 * float(np.max(shown.amplitude))),
     )

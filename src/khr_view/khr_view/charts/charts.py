@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle
-from math import degrees, nan
+from math import degrees
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from khr_common.interfaces import (
     TRUE_RATE,
     Topic,
 )
+from khr_common.maths.gaps import broken, interpolated
 
 Array = NDArray[np.float64]
 
@@ -89,28 +90,23 @@ class Chart:
         """Return the times, and for each line its values at these times.
 
         For drawing only: a topic without a sample at one of the times is interpolated between its
-        neighbours. A line is NaN before its first and after its last sample.
+        neighbours. A line is NaN before its first and after its last sample, and in a gap, in
+        which there is one more time.
 
         Args:
             times: s.
             samples: returns the times of a topic, s, and the values of one field at these times;
                 empty before the first message.
         """
+        times, *_ = broken(times)
         columns = [times]
         for line in self.lines:
             total = np.zeros(len(times))
             for topic, index, weight in line.terms:
                 own, values = samples(topic, index)
-                total += weight * interpolate(times, own, values)
+                total += weight * interpolated(times, own, values)
             columns.append(total)
         return tuple(columns)
-
-
-def interpolate(times: Array, own: Array, values: Array) -> Array:
-    """Return values at other times; NaN outside their own times."""
-    if not len(own):
-        return np.full(len(times), nan)
-    return np.interp(times, own, values, left=nan, right=nan)
 
 
 def _margin(name: str, label: str, color: str, dash: str = '') -> Curve:

@@ -8,6 +8,7 @@ from io import StringIO
 
 import numpy as np
 
+from khr_common.maths.gaps import interpolated
 from khr_view.charts.charts import Array, Chart
 from khr_view.charts.spectrum_lines import SpectrumLines
 
@@ -15,7 +16,8 @@ from khr_view.charts.spectrum_lines import SpectrumLines
 def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
     """Return a column of times, s, and one of each line of the charts.
 
-    The times are those of the chart with the most samples; the other charts are interpolated.
+    The times are those of the chart with the most samples; the other charts are interpolated;
+    NaN outside their times, and in a gap.
 
     Args:
         drawn: times, s, and the values of each line, by chart.
@@ -25,7 +27,7 @@ def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
     for chart, (own, *lines) in drawn.items():
         for line, values in zip(chart.lines, lines, strict=True):
             name = chart.title if len(lines) == 1 else f'{chart.title} {line.label}'
-            table[f'{name}, {chart.unit}'] = np.interp(times, own, values)
+            table[f'{name}, {chart.unit}'] = interpolated(times, own, values)
     return _csv(table)
 
 

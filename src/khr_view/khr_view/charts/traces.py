@@ -12,7 +12,8 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event
 from khr_common.block import Numbers
 from khr_common.interfaces import Topic
-from khr_view.charts.charts import Array, Chart, chart_topics, charts, interpolate
+from khr_common.maths.gaps import interpolated
+from khr_view.charts.charts import Array, Chart, chart_topics, charts
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s that charts show
 KEPT = 60.0  # s that are kept
@@ -97,7 +98,7 @@ class Traces:
     def ghost(self, chart: Chart, times: Array) -> Array:
         """Return the first line of a chart in the earlier attempt."""
         own, values = self.earlier.get(chart, (np.zeros(0), np.zeros(0)))
-        return interpolate(times, own, values)
+        return interpolated(times, own, values)
 
     def as_ghost(self) -> Ghost:
         """Return the first line of each chart, over all that is kept."""

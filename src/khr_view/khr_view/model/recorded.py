@@ -20,6 +20,7 @@ from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, STAGE, TRUE_POSE, Topic
+from khr_common.maths.gaps import GAP
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
@@ -137,7 +138,10 @@ class Timeline:
         """Return the spectrum of the window that ends at a time, s; None before it is full."""
         if self._gyro is None:
             return None
-        end = min(time, self._gyro.span[1]) + self._gyro.period / 2.0
+        last = self._gyro.span[1] - self._gyro.period
+        if time > last + GAP * self._gyro.period:
+            return None  # a gap: the stretch is over
+        end = min(time, last) + self._gyro.period / 2.0
         part = within(self._gyro, end - self._analyser.window_length, end)
         if len(part.values) < self._analyser.size:
             return None

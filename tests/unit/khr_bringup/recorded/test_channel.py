@@ -1,5 +1,8 @@
 """A tone is found in recordings of every form, type, rate and timestamp."""
 
+import math
+import random
+
 import pytest
 from mcap.writer import CompressionType, IndexType
 
@@ -125,6 +128,19 @@ def test_any_rate_is_found_by_the_timestamps(tmp_path, rate):
     notes = is_tone(write(tmp_path / 'bag', tone(0.37 * rate, rate, 400 / rate)), 0.37 * rate)
     stated = float(notes.split('Nyquist frequency ')[1].split()[0])
     assert stated == pytest.approx(rate / 2.0, rel=1e-3)
+
+
+def test_a_resampled_recording_names_its_limit_and_half_the_mean_rate(tmp_path):
+    chance = random.Random(1)
+    made = []
+    for number in range(800):
+        at = number / 66.6667 + chance.uniform(0.0, 0.003)
+        stamp_ns = EPOCH + round(at * 1e9)
+        made.append((stamp_ns, message('Imu', stamp_ns, math.sin(math.tau * 7.0 * at))))
+    notes = is_tone(write(tmp_path / 'bag', made))
+    limit = float(notes.split('The spectrum ends at ')[1].split()[0])
+    assert 28.0 < limit < 31.0 and f'Highest frequency {limit:.4g} Hz' in notes
+    assert 'half the mean rate, 33.3' in notes and 'Nyquist' not in notes
 
 
 def test_times_of_recording_stand_for_timestamps_of_zero(tmp_path):

@@ -141,3 +141,12 @@ def test_the_balance_has_a_panel_with_the_edges_of_the_soles(series):
         figure, names = over_time({'': replace(series, balance=balance)}, {})
     axis = figure.axes[names.index(BALANCE)]
     assert [round(float(line.get_ydata()[0])) for line in axis.lines] == [10, 20, 15, 50, -50]
+
+
+def test_no_line_crosses_a_gap(series):
+    lost = (series.time > 3.0) & (series.time < 5.0)
+    with styled():
+        figure = overview(series.during(~lost), SCENARIO)
+    (line, *_) = figure.axes[0].lines
+    (place,) = np.flatnonzero(np.isnan(line.get_ydata()))
+    assert line.get_xdata()[place] == pytest.approx(4.0, abs=0.02)

@@ -33,6 +33,26 @@ def test_every_line_is_a_column_with_its_unit_at_the_times_of_the_finest_chart()
     assert len(found[0]) == 7
 
 
+def test_a_gap_is_a_row_without_numbers():
+    traces = Traces()
+    for number in (*range(10), *range(60, 70)):
+        traces.add(GYRO, number * 15_000_000, (0.0, 1.0, 0.0))
+        for topic in FOOT_FORCES:
+            traces.add(topic, number * 15_000_000, (0.0, 0.0, 2.0))
+    by_title = {chart.title: chart for chart in charts()}
+    drawn = {
+        chart: traces.columns(chart) for chart in map(by_title.get, ('Pitch rate', 'Foot forces'))
+    }
+    found = rows(signals_csv(drawn))
+    empty = [n for n, row in enumerate(found) if row['Pitch rate gyro, deg/s'] == 'nan']
+    assert (
+        empty
+        == [n for n, row in enumerate(found) if row['Foot forces left toe, N'] == 'nan']
+        == [10]
+    )
+    assert 0.135 < float(found[10]['time, s']) < 0.9
+
+
 def test_a_spectrum_is_frequencies_and_amplitudes():
     found = rows(spectrum_csv(spectrum_lines([0.0, 1.0], [0.0, 0.5])))
     assert float(found[-1]['pitch rate, deg/s']) == pytest.approx(degrees(0.5))
