@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from math import degrees
+from math import degrees, hypot
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
 from khr_studies.measuring.run_table import Records
 from khr_studies.measuring.thesis_values import ABOVE_LIMIT_DEG, EMPTY, SHOWN, SLIPS
-from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG
+from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG, agrees
 from khr_studies.scoreboard.rows import ENOUGH, VERDICTS, Scoreboard
 from khr_sweeps.trial import Row
 
@@ -194,6 +194,29 @@ def summary(board: Scoreboard) -> str:
     )
 
 
+def undecided_text(board: Scoreboard) -> str:
+    """Say by how much the ensemble leaves limits undecided; empty if it leaves none."""
+    left_open = [
+        row for row in board.limits if row['verdict'] == 'undecided' and row['ensemble_deg']
+    ]
+    if not left_open:
+        return ''
+    halves = [(high - low) / 2.0 for low, high in (row['ensemble_deg'] for row in left_open)]
+    verdicts = Counter(
+        agrees(
+            row['deg'] - row['thesis_deg'],
+            hypot(row['seeds_deg'], row['other_engine_deg'] - row['deg']),
+        )
+        for row in left_open
+    )
+    return (
+        f'{len(left_open)} limits are undecided: half the range over the ensemble alone is '
+        f'{min(halves):.2f} to {max(halves):.2f} deg of the tolerance of {TOLERANCE_DEG:g}. By seeds '
+        f'and engines alone {verdicts[True]} of them would pass, {verdicts[False]} miss and '
+        f'{verdicts[None]} stay undecided.'
+    )
+
+
 def totals(rows: Iterable[Row]) -> str:
     """Return in words how many rows of each kind pass."""
     kinds = group_by(rows, itemgetter('kind'))
@@ -222,6 +245,7 @@ def blocks(board: Scoreboard) -> list[Block]:
         vibrates=degrees(VIBRATES),
         shown=SHOWN,
         limits=table(board.limits, LIMIT_COLUMNS),
+        undecided=undecided_text(board),
         orders=table(board.orders, ORDER_COLUMNS),
         widths=table(board.widths, WIDTH_COLUMNS),
         standing=table(board.standing, STANDING_COLUMNS),

@@ -166,6 +166,21 @@ def test_interval_of_a_limit_holds_seeds_engine_and_constants():
         assert limit_rows(limits, others, spread, {})[0]['verdict'] == verdict
 
 
+def test_page_says_by_how_much_the_ensemble_leaves_limits_undecided():
+    limits = limits_of_thesis()
+    limits[STAGE_2] = Limit((8.6, 8.6), 0.1)
+    spread = {STAGE_1.title: (5.6, 7.2), STAGE_2.title: (7.0, 9.0)}
+    board = scoreboard.compare(Thesis())
+    assert scoreboard_page.undecided_text(board) == ''
+    board = replace(board, limits=limit_rows(limits, limits, spread, {}))
+    assert scoreboard_page.undecided_text(board) == (
+        '2 limits are undecided: half the range over the ensemble alone is 0.80 to 1.00 deg of the '
+        'tolerance of 0.7. By seeds and engines alone 1 of them would pass, 1 miss and 0 stay '
+        'undecided.'
+    )
+    assert scoreboard_page.undecided_text(board) in scoreboard_markdown(board)
+
+
 def test_order_holds_on_both_engines_and_is_undecided_where_seeds_leave_it_open():
     limits = limits_of_thesis()
     level = limits | {STAGE_3: limits[STAGE_2]}
