@@ -283,6 +283,21 @@ def test_every_chart_has_a_scale_though_some_of_its_lines_have_no_data(page):
     )
 
 
+def test_a_number_out_of_range_is_refused_in_the_words_of_the_command(page):
+    before = slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow')
+    box = row(page, 'Ankle gain K_A', 'input').locator('input').last
+    box.click()
+    box.press('Control+a')
+    box.type('99')
+    box.press('Enter')
+    refusal = 'ankle_controller: gain: 99.0 is not accepted; accepted: float in [0, 60]'
+    page.get_by_text(refusal).wait_for()
+    wait_for(
+        lambda: slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow') == before,
+        'the value before',
+    )
+
+
 def test_a_number_acts_on_enter_and_not_on_every_key(page):
     box = row(page, 'Ankle gain K_A', 'input').locator('input').last
     before = slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow')

@@ -109,14 +109,15 @@ def test_rows_of_two_runs_stand_side_by_side():
 
 def test_status_shows_what_is_there():
     status = Status()
-    assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict so far': 'not yet'}
+    assert dict(status.rows(1.0, over=False)) == {'time': '1.00 s', 'verdict so far': 'not yet'}
+    assert dict(status.rows(1.0, over=True)) == {'time': '1.00 s', 'verdict': 'not yet'}
     values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
     status.monitor('slipped', values | {'real_time_factor': '2.00'})
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
     status.stage, status.scenario = 2, 'walk_0deg'
-    rows = dict(status.rows(1.0))
+    rows = dict(status.rows(1.0, over=False))
     assert rows['scenario'] == 'walk_0deg'
     assert rows['slip'] == '12.3 mm' and rows['stage'] == '2'
     assert rows['late'] == '3 periods, 1 corrections'
     status.simulator({'sync': 'lockstep'})
-    assert 'late' not in dict(status.rows(1.0))
+    assert 'late' not in dict(status.rows(1.0, over=False))

@@ -27,6 +27,7 @@ from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_l
 from khr_view.charts.traces import SPAN
 from khr_view.model.motion import motion_of
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
+from khr_view.model.state_text import over
 from khr_view.model.status import Status
 
 Array = NDArray[np.float64]
@@ -153,9 +154,10 @@ class Timeline:
     def rows(self, time: float) -> dict[str, str]:
         """Return the status of the run at a time, s, as rows of label and value."""
         index = int(np.searchsorted(self._judged, round(time * 1e9), side='right')) - 1
-        status = Status(outcome=self._outcomes[max(index, 0)] if self._outcomes else None)
-        if time >= self.end:
-            status.state = 'finished'
+        status = Status(
+            state='finished' if time >= self.end else 'running',
+            outcome=self._outcomes[max(index, 0)] if self._outcomes else None,
+        )
         if STAGE in self._tracks:
             status.stage = int(self._tracks[STAGE].at(round(time * 1e9))[0])
-        return dict(status.rows(min(time, self.end)))
+        return dict(status.rows(min(time, self.end), over(status, self.motion, time)))

@@ -61,17 +61,16 @@ class Status:
         factor = real(values, FACTOR) if FACTOR in values else None
         self.outcome, self.factor = outcome, factor
 
-    @property
-    def _label(self) -> str:
-        """Return the label of the verdict, which may change until the end or a fall."""
-        return (
-            'verdict' if self.state == 'finished' or self.verdict == 'fell' else 'verdict so far'
-        )
+    def rows(self, time: float, over: bool) -> list[tuple[str, str]]:
+        """Return labels and values to show.
 
-    def rows(self, time: float) -> list[tuple[str, str]]:
-        """Return labels and values to show at a simulated time, s."""
+        Args:
+            time: simulated, s.
+            over: whether the robot fell or its motion has ended; before, the verdict may change.
+        """
         rows = [('scenario', self.scenario)] if self.scenario else []
-        rows += [('time', f'{time:.2f} s'), (self._label, self.verdict or 'not yet')]
+        label = 'verdict' if over else 'verdict so far'
+        rows += [('time', f'{time:.2f} s'), (label, self.verdict or 'not yet')]
         for label, attribute, unit, scale in ROWS:
             value = getattr(self.outcome, attribute, None)
             if value is not None:

@@ -180,7 +180,8 @@ class PageNode(KhrNode):
         run = self._run
         gains = gains_text(run.known_of_controllers()) or 'no control'
         picture = f'{run.status.scenario}; {gains}; {run.now:.2f} s'
-        self._display.show_status(Note(state, trouble, picture), run.status.rows(run.now))
+        rows = run.status.rows(run.now, run.over)
+        self._display.show_status(Note(state, trouble, picture), rows)
 
     # ---- actions of the reader ----
 
