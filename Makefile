@@ -6,7 +6,7 @@
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
 # make bullet  compiles PyBullet where it has no wheel (Python 3.12); MuJoCo is the engine without it
 # make dist   builds sdist and wheel of the whole in dist/
-# make film   renders docs/walk.gif; make site makes pages of the documents
+# make film   renders docs/walk.gif and docs/recovery.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 
 # bytecode is kept, whatever this machine prefers: without it every process compiles its sources
@@ -96,7 +96,7 @@ docs: install
 site: tools
 	$(BIN)/sphinx-build --quiet -W --keep-going -c docs . site
 
-# the picture of the README: one slope, without control and with it
+# the pictures of README and docs/recovery.md: one slope or push, without control and with it
 FILMED := walk_8.88deg_ka12
 film: install
 	rm -rf build/without
@@ -104,6 +104,11 @@ film: install
 	$(BIN)/khr film build/without --against $(FILMED) --start 0.5 --end 5.5 --rate 10 \
 	    --width 480 --height 360 --out build/walk
 	cp build/walk.gif docs/walk.gif
+	rm -rf build/planted
+	$(BIN)/khr run push_behind_step --offline --set recovery.enabled=false --out build/planted
+	$(BIN)/khr film build/planted --against push_behind_step --start 2.8 --end 5.0 --rate 20 \
+	    --width 420 --height 400 --out build/recovery
+	cp build/recovery.gif docs/recovery.gif
 
 # one distribution of all packages
 dist: tools

@@ -18,6 +18,7 @@ SCENARIOS = {  # simulated s
     'walk_9.7deg_ka12_kh13': 2.0,
     'lift_9.5deg_ka12_kh13': 2.0,
     'push_behind': 2.0,
+    'push_behind_step': 3.5,
     'stand_tilting_staged': 2.0,
 }
 EMULATED = ('walk_8.88deg_ka12', 0.6)  # an emulator takes some 15 s for it

@@ -9,6 +9,7 @@ import numpy as np
 
 from khr_balance.gaits.body import Array, forward
 from khr_balance.joints import SIDES
+from khr_common.maths.rotation import applied
 
 
 class Stance:
@@ -33,8 +34,7 @@ class Stance:
         self.torso_pitch = float(np.arcsin(self._turn[0, 2] * -1.0))
 
     def _from_torso(self, point: Array) -> Array:
-        found: Array = self._turn.T @ (point - self._middle)
-        return found
+        return applied(self._turn.T, point - self._middle)
 
     def seen_from_torso(self, place: Array, edge: float, lean: float) -> tuple[Array, Array]:
         """Return a place and the normal of the ground in the frame of the torso, (3,) each.
@@ -48,6 +48,6 @@ class Stance:
         back = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
         pivot = np.array([edge, 0.0, 0.0])
         return (
-            self._turn @ (pivot + back @ (place - pivot)) + self._middle,
-            self._turn @ back[:, 2],
+            applied(self._turn, pivot + applied(back, place - pivot)) + self._middle,
+            applied(self._turn, back[:, 2]),
         )

@@ -40,8 +40,27 @@ def push(
         Path | None,
         typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
     ] = None,
+    recovery: Annotated[
+        bool,
+        typer.Option(
+            '--recovery',
+            help='Measure the recovery step at every level instead, with its holes; writes '
+            'recovery.md, .csv and .png into --out, docs by default.',
+        ),
+    ] = False,
+    seeds: SeedsOption = 5,
+    workers: ProcessesOption = None,
+    measured: Annotated[
+        bool,
+        typer.Option(
+            '--measured', help='With --recovery: write the page from the data, without runs.'
+        ),
+    ] = False,
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
+    if recovery:
+        _push_with_recovery(out or Path('docs'), seeds, workers, measured)
+        return
     from khr_report.folders import make_folder
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
@@ -59,6 +78,21 @@ def push(
     print(push_page.largest_pushes(table))
     for path in push_page.write(table, out) if out else []:
         print(path)
+
+
+def _push_with_recovery(out: Path, seeds: int, workers: int | None, measured: bool) -> None:
+    from khr_report.folders import make_folder
+    from khr_studies.measuring.run_table import read_table
+    from khr_studies.recovery import page, study
+
+    make_folder(out)
+    path = out / 'recovery.md'
+    runs = (
+        read_table(path.with_suffix('.csv'))
+        if measured
+        else study.study(seeds=seeds, workers=workers)
+    )
+    print(page.write(runs, path))
 
 
 @options_of(searches.critical)

@@ -1,0 +1,148 @@
+"""``khr push --recovery``: the page of the recovery step, its table of runs and its plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from khr_common.files import write_text
+from khr_report.page.document import Columns, Verdict, table
+from khr_report.page.template import page_text
+from khr_report.plots.plot_style import save
+from khr_studies.measuring.run_table import write_table
+from khr_studies.recovery.figure import polar_figure
+from khr_studies.recovery.study import (
+    BOARD_DEG,
+    BOARD_TIME,
+    CASES,
+    DECISION,
+    GAIN,
+    UNLOADING,
+    bounds,
+    held,
+)
+from khr_sweeps.trial import Row
+
+Records = list[dict[str, Any]]
+
+
+def write(runs: pd.DataFrame, out: Path) -> str:
+    """Write the page, its table and its plot beside it; return a summary of one line."""
+    write_table(runs, out.with_suffix('.csv'))
+    save(polar_figure(runs[runs['part'] == 'oblique']), out.with_suffix('.png'), dpi=150)
+    write_text(out, page(runs, out.with_suffix('').name))
+    return summary(runs)
+
+
+def summary(runs: pd.DataFrame) -> str:
+    """Count the goals that are met."""
+    rows = [row for row in pushes_held(runs) if row['robot'] == 0]
+    met = sum(row['met'] for row in rows)
+    return f'{met} of {len(rows)} goals of the default robot are met'
+
+
+def page(runs: pd.DataFrame, name: str) -> str:
+    """Return the page; ``name`` is that of its files."""
+    rows = pushes_held(runs)
+    quiet = runs[runs['part'] == 'quiet']
+    upright = quiet[~quiet['fell'].astype(bool)]
+    return page_text(
+        __name__,
+        files=name,
+        gain=GAIN,
+        default=table([row for row in rows if row['robot'] == 0], COLUMNS),
+        robots=table([row for row in rows if row['robot']], ROBOT_COLUMNS),
+        bounds=table([{**_names(case), **bounds(case)} for case in CASES], BOUNDS),
+        guards=table(guards(runs), GUARDS),
+        decision=DECISION,
+        unloading=UNLOADING,
+        seeds=int(runs['seed'].max()),
+        quiet=len(upright) - 1,
+        board=(BOARD_TIME, BOARD_DEG),
+        needless=int(upright['steps'].sum()),
+        fallen=len(quiet) - len(upright),
+        summary=summary(runs),
+    )
+
+
+def pushes_held(runs: pd.DataFrame) -> list[Row]:
+    """Return for each case, engine and robot the limits of ankles and step, N s, and the holes."""
+    ankles = runs[runs['part'] == 'ankle'].set_index(['case', 'engine', 'robot'])['held']
+    steps = runs[runs['part'] == 'step']
+    found = []
+    for (case, engine, robot), each in steps.groupby(['case', 'engine', 'robot']):
+        ankle = float(ankles[case, engine, robot])
+        times, holes = held(each, 'times')
+        own = CASES[int(case)]
+        slips = each[(each['times'] <= times) & ~each['fell'].astype(bool)]['largest_slip_m']
+        found.append(
+            {
+                **_names(own),
+                'engine': engine,
+                'robot': int(robot),
+                'ankle': ankle,
+                'held': ankle * times,
+                'times': times,
+                'goal': own.goal,
+                'holes': [ankle * hole for hole in holes],
+                'slip': float(slips.max()),
+                'met': times >= own.goal and not holes,
+            }
+        )
+    return found
+
+
+def guards(runs: pd.DataFrame) -> list[Row]:
+    """Return the impulses that the guard stance holds with the ankles alone, N s."""
+    found = []
+    for (case, engine), each in runs[runs['part'] == 'guard'].groupby(['case', 'engine']):
+        impulse, holes = held(each, 'impulse')
+        slips = each[each['impulse'] <= impulse]['largest_slip_m']
+        own = {'engine': engine, 'held': impulse, 'holes': holes, 'slip': float(slips.max())}
+        found.append({**_names(CASES[int(case)]), **own})
+    return found
+
+
+def _names(case: Any) -> Row:
+    source = 'the front' if case.direction == 'front' else case.direction
+    return {'push': f'{case.duration:g} s from {source}', 'slope': f'{case.inclination:g}'}
+
+
+def _holes(row: Row) -> str:
+    return ', '.join(f'{hole:.2f}' for hole in row['holes']) or 'none'
+
+
+COLUMNS: Columns[Row] = {
+    'push': lambda row: row['push'],
+    'slope, deg': lambda row: row['slope'],
+    'engine': lambda row: row['engine'],
+    'ankles, N s': lambda row: f'{row["ankle"]:.2f}',
+    'step, N s': lambda row: f'{row["held"]:.2f}',
+    'ratio': lambda row: f'{row["times"]:.1f}',
+    'goal': lambda row: f'{row["goal"]:.1f}',
+    'holes, N s': _holes,
+    'largest slip, mm': lambda row: f'{1e3 * row["slip"]:.0f}',
+    'verdict': lambda row: Verdict(row['met']),
+}
+ROBOT_COLUMNS: Columns[Row] = {
+    'push': COLUMNS['push'],
+    'robot': lambda row: str(row['robot']),
+    **{name: COLUMNS[name] for name in ('ankles, N s', 'step, N s', 'ratio', 'holes, N s')},
+}
+BOUNDS: Columns[Row] = {
+    'push': COLUMNS['push'],
+    'slope, deg': COLUMNS['slope, deg'],
+    'planted feet, N s': lambda row: f'{row["planted"]:.2f}',
+    'flywheel': lambda row: f'{row["flywheel"]:.2f}',
+    'one step': lambda row: f'{row["step"]:.2f}',
+    'endless steps': lambda row: f'{row["steps"]:.2f}',
+}
+GUARDS: Columns[Row] = {
+    'push': COLUMNS['push'],
+    'engine': COLUMNS['engine'],
+    'held, N s': lambda row: f'{row["held"]:.1f}',
+    'holes, N s': _holes,
+    'largest slip, mm': lambda row: f'{1e3 * row["slip"]:.0f}',
+}

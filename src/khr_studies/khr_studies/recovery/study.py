@@ -1,0 +1,263 @@
+"""Push the standing robot at every level up to far beyond the limit of its ankles.
+
+A bisection assumes that a robot which survives a push survives each smaller one. A robot that steps
+may fall at a weak push, by a step that it did not need: a hole. So each level is tried.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import CONFIG, Scenario, load_scenario
+from khr_common.interfaces import RECOVERY_STATE
+from khr_models.standing.capture_point import (
+    Flywheel,
+    flywheel_margin,
+    growth_rate,
+    largest_force,
+    step_margin,
+)
+from khr_sim.physics.engines import LIBRARIES
+from khr_studies.measuring.condition import Changes
+from khr_studies.measuring.ensemble_file import read_ensemble
+from khr_studies.measuring.run_table import measure
+from khr_studies.measuring.study_version import version_of_study
+from khr_studies.push.study import START, PushCondition, largest_push, stance
+from khr_sweeps.pool import local_pool
+from khr_sweeps.progress import ProgressBar
+from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.trial import Row
+
+ENGINES = tuple(LIBRARIES)
+GAIN = 12.0  # K_A
+TIMES = tuple(round(0.5 + 0.1 * n, 1) for n in range(14))  # times the limit of the ankles
+ROBOTS = (1, 2, 3, 4, 5, 6)  # members of the ensemble
+WATCH = 6.5  # s after the push: the robot has closed its stance
+ANGLES = tuple(range(0, 360, 45))  # deg, of an oblique push: 0 from behind, 90 from the right
+LEVELS = tuple(round(0.3 + 0.1 * n, 1) for n in range(14))  # N s, of an oblique push
+DECISION = 0.1  # s from the start of a push
+UNLOADING = 0.045  # s from the decision until the foot leaves the ground
+STANDING = ('lift_', 'stand_', 'walk_')  # scenarios without a push
+BOARD_DEG, BOARD_TIME = 5.0, 1000.0  # a board that tilts at 2 deg/s, and s on it
+BOARD: Changes = (
+    (('simulator', 'level_start'), True),
+    (('simulator', 'inclination_deg'), BOARD_DEG),
+    (('simulator', 'duration'), BOARD_TIME),
+)
+ROOT = Path('runs/recovery')
+
+
+@dataclass(frozen=True)
+class Case:
+    """A push on the standing robot.
+
+    Attributes:
+        direction: ``behind`` or ``front``.
+        inclination: of the ground, deg, downhill.
+        duration: of the push, s.
+        goal: the multiple of the limit of the ankles that a step shall hold.
+    """
+
+    direction: str
+    inclination: float = 0.0
+    duration: float = 0.1
+    goal: float = 1.0
+
+    def condition(
+        self,
+        engine: str,
+        robot: int = 0,
+        seed: int = 1,
+        recovery: bool = False,
+        motion: str = 'stand',
+    ) -> PushCondition:
+        """Return the condition on an engine; robot 0 is the default, others are of the ensemble."""
+        changes: dict[tuple[str, str], Any] = {
+            ('simulator', 'engine'): engine,
+            ('simulator', 'inclination_deg'): self.inclination,
+            ('simulator', 'stop_when_tilted_deg'): 88.0,
+            ('simulator', 'seed'): seed,
+            ('gyro', 'seed'): seed,
+            ('foot_force', 'seed'): seed,
+            ('gait', 'motion'): motion,
+        }
+        if recovery:
+            changes['recovery', 'enabled'] = True
+        if robot:
+            for name, value in read_ensemble()[robot].constants.items():
+                node, _, key = name.partition('.')
+                changes[node, key] = value
+        own: Changes = tuple(changes.items())
+        return PushCondition(GAIN, self.duration, self.direction, changes=own)  # type: ignore[arg-type]
+
+
+CASES = (
+    Case('behind', goal=1.4),
+    Case('front', goal=1.3),
+    Case('behind', 5.0, goal=1.4),
+    Case('front', 5.0),
+    Case('behind', duration=0.5, goal=1.2),
+    Case('front', duration=0.5, goal=1.2),
+)
+
+
+def _watched(scenario: Scenario) -> Row:
+    """Run a scenario; return whether the robot fell, its slip and the number of its steps."""
+    steps, before = 0, 0.0
+
+    def count(_: object, loop: Any, __: object) -> None:
+        nonlocal steps, before
+        phase = loop.signals[RECOVERY_STATE][0] if RECOVERY_STATE in loop.signals else 0.0
+        steps += phase == 1.0 != before
+        before = phase
+
+    outcome = run_offline(scenario, count).outcome
+    return {'fell': outcome.fell, 'largest_slip_m': outcome.largest_slip, 'steps': int(steps)}
+
+
+def push_once(condition: PushCondition, impulse: float, angle: float | None = None) -> Row:
+    """Push the robot once; return the outcome.
+
+    Args:
+        condition: with the duration of the push.
+        impulse: N s.
+        angle: of the force to the left of straight ahead, deg; None takes the condition's.
+    """
+    force = impulse / condition.duration
+    scenario = condition.scenario(force)
+    changes: dict[tuple[str, str], Any] = {
+        ('simulator', 'duration'): START + condition.duration + WATCH
+    }
+    if angle is not None:
+        x, y = force * math.cos(math.radians(angle)), force * math.sin(math.radians(angle))
+        point = ','.join(f'{value:.6f}' for value in stance(condition.base()).point)
+        changes['simulator', 'pushes'] = [
+            f't={START:g} duration={condition.duration:g} link=base_link frame=odom '
+            f'force={x:.6f},{y:.6f},0 point={point}'
+        ]
+    return _watched(scenario.changed(changes))
+
+
+def limit_of_ankles(condition: PushCondition) -> Row:
+    """Return the largest impulse that the ankles alone hold, N s."""
+    return {'held': largest_push(condition).survived * condition.duration}
+
+
+def quiet_run(name: str, changes: Changes = ()) -> Row:
+    """Run a scenario without a push, with the node."""
+    enabled = {('recovery', 'enabled'): True}
+    return {**_watched(load_scenario(name).changed(dict(changes) | enabled)), 'name': name}
+
+
+def study(
+    seeds: int = 5, robots: Sequence[int] = ROBOTS, workers: int | None = None, quiet: bool = False
+) -> pd.DataFrame:
+    """Measure all pushes and quiet runs; return one table, with a column ``part``.
+
+    A command that was interrupted goes on where it stopped.
+
+    Args:
+        seeds: of each push of the default robot.
+        robots: members of the ensemble, which have one seed.
+        workers: processes; one for each core by default.
+        quiet: whether to show no progress.
+    """
+    keys = [(case, engine, 0) for case in CASES for engine in ENGINES]
+    keys += [(case, ENGINES[-1], robot) for case in CASES[:2] for robot in robots]
+    with (
+        local_pool(workers, '--workers') as pool,
+        ProgressBar('recovery', 0, lines=True, quiet=quiet) as bar,
+        KeptJobs(pool, ROOT, version_of_study('recovery'), bar, {}) as kept,
+    ):
+        limits = measure(
+            kept,
+            limit_of_ankles,
+            [(_columns('ankle', *key), (key[0].condition(*key[1:]),)) for key in keys],
+        )
+        steps = [
+            (
+                {**_columns('step', *key), 'seed': seed, 'times': times},
+                (key[0].condition(*key[1:], seed, recovery=True), times * float(limit)),
+            )
+            for key, limit in zip(keys, limits['held'], strict=True)
+            for seed in range(1, 2 if key[2] else 1 + seeds)
+            for times in TIMES
+        ]
+        guards = [
+            (
+                {**_columns('guard', case, engine, 0), 'impulse': impulse},
+                (case.condition(engine, motion='guard'), impulse),
+            )
+            for case in CASES[:2]
+            for engine in ENGINES
+            for impulse in LEVELS
+        ]
+        oblique = [
+            (
+                {'part': 'oblique', 'angle': angle, 'recovery': steps_too, 'impulse': impulse},
+                (CASES[0].condition(ENGINES[-1], recovery=steps_too), impulse, angle),
+            )
+            for angle in ANGLES
+            for steps_too in (False, True)
+            for impulse in LEVELS
+        ]
+        pushes = measure(kept, push_once, [*steps, *guards, *oblique])
+        runs = measure(kept, quiet_run, [({'part': 'quiet'}, each) for each in _quiet()])
+    return pd.concat([limits, pushes, runs], ignore_index=True)
+
+
+def _columns(part: str, case: Case, engine: str, robot: int) -> Row:
+    return {'part': part, 'case': CASES.index(case), 'engine': engine, 'robot': robot}
+
+
+def _quiet() -> list[tuple[str, Changes]]:
+    """Return the scenarios without a push, and a long stance on a board that tilts, then rests."""
+    names = sorted(path.stem for path in (CONFIG / 'scenarios').glob('*.yaml'))
+    own: list[tuple[str, Changes]] = [(name, ()) for name in names if name.startswith(STANDING)]
+    return [*own, ('stand_0deg', BOARD)]
+
+
+def held(runs: pd.DataFrame, level: str) -> tuple[float, list[float]]:
+    """Return the largest level below the first fall, and the holes, the other levels with falls.
+
+    A hole lies below a level that every run survives.
+
+    Args:
+        runs: with the columns ``level`` and ``fell``.
+        level: name of the column of the size of the push.
+    """
+    fell = runs.groupby(level)['fell'].any()
+    survived = fell[~fell].index
+    highest = max(survived, default=0.0)
+    holes = [float(each) for each in fell[fell].index if each < highest]
+    first = min(fell[fell].index, default=math.inf)
+    return float(max((each for each in survived if each < first), default=0.0)), holes
+
+
+def bounds(case: Case) -> Row:
+    """Return the largest impulses of the linear model of the stance, N s, by means of recovery."""
+    own = case.condition(ENGINES[0])
+    pendulum, inertia = stance(own.base()).tipping(own.direction)
+    omega = growth_rate(pendulum, inertia)
+    which = FORWARD if own.direction == 'behind' else BACKWARD
+    table = RecoveryParameters()
+    time = table.swing_time[which] + UNLOADING
+    length = table.step_length[which]
+
+    def impulse(margin: float) -> float:
+        return case.duration * largest_force(pendulum, inertia, case.duration, margin, DECISION)
+
+    return {
+        'planted': impulse(0.0),
+        'flywheel': impulse(flywheel_margin(pendulum, inertia, Flywheel())),
+        'step': impulse(step_margin(length, time, omega)),
+        'steps': impulse(step_margin(length, time, omega, math.inf)),
+    }
