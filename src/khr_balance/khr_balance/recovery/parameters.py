@@ -33,7 +33,7 @@ class RecoveryParameters:
     )
     rate_threshold_deg: tuple[float, ...] = _pair(
         'pitch rate above which the robot steps, if the capture point is beyond its threshold as '
-        'well; a walk reaches 44 deg/s.',
+        'well.',
         50.0,
         50.0,
         '[0, 500] deg/s',
