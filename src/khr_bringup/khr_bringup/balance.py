@@ -142,7 +142,7 @@ def margins_of(balances: Sequence[Balance | None]) -> BalanceSeries:
 def balances_of(
     series: Any, robot: Robot, parameters: SimulatorParameters
 ) -> list[Balance | None] | None:
-    """Return the balance at each sample of a Series, None at those that a bag has lost.
+    """Return the balance at each sample of a Series, None at a sample lost in the bag.
 
     It is None as a whole if the poses were not kept.
     """

@@ -28,7 +28,7 @@ class SensorWatch:
         topics: of the sensors, of types with a header.
 
     Attributes:
-        notes: on topics whose samples may be incomplete, and on a clock that was set.
+        notes: on topics with incomplete samples, and on a clock that was set.
     """
 
     def __init__(self, node: Node, topics: Sequence[Topic]) -> None:

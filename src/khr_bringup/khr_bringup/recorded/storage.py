@@ -137,7 +137,7 @@ def _misfit(stated: Reader, inside: Storage) -> str:
 
 
 def _read_files(stack: ExitStack, files: list[Path], folder: Path, salvage: bool) -> Storage:
-    """Open files one by one; to salvage is to leave out those that cannot be read."""
+    """Open files one by one; salvaging leaves out unreadable files."""
     storage = Storage([])
     for file in files:
         try:
