@@ -67,7 +67,7 @@ def test_the_estimate_is_within_4_mm_and_12_mm_of_the_truth_over_16_pushes(engin
     found = []
     for (direction, inclination), held in HELD.items():
         # It waits, however far the robot tips.
-        waits = [(('recovery', name), [0.2, 0.2]) for name in ('threshold', 'edge')]
+        waits = [(('recovery', name), [0.2, 0.2]) for name in ('threshold', 'tipping_threshold')]
         own = condition(direction, inclination, engine, ENABLED, *waits)
         for part in (0.5, 0.8, 0.97, 1.15):
             pushed = own.scenario(part * held / own.duration)

@@ -8,6 +8,11 @@ from __future__ import annotations
 
 from khr_common.interfaces import ARM, JOINTS, LEG, SIDES
 
-__all__ = ['ARM', 'INDEX', 'JOINTS', 'LEG', 'SIDES']
+__all__ = ['ARM', 'INDEX', 'JOINTS', 'LEG', 'SIDES', 'other_side']
 
 INDEX = {name: index for index, name in enumerate(JOINTS)}
+
+
+def other_side(side: str) -> str:
+    """Return 'l' for 'r', and 'r' for 'l'."""
+    return 'r' if side == 'l' else 'l'

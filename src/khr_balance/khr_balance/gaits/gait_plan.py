@@ -11,6 +11,7 @@ from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.plan import JointPlan, Plan, Sole
 from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, RestingPath
+from khr_balance.joints import other_side
 
 
 class Key(NamedTuple):
@@ -130,7 +131,7 @@ class _Walk:
         """Add the keys of one step, counted from 0."""
         p, start = self._p, self._start(number)
         last = number == self.steps - 1
-        swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[:: 1 - 2 * (number % 2)]
+        swing, stance = (p.first_foot[0], other_side(p.first_foot[0]))[:: 1 - 2 * (number % 2)]
         here, before = self._place[stance], self._place[swing]
         self._place[swing] = here if last else here + p.stride
         self._forward[swing] += [
@@ -188,7 +189,3 @@ class _Walk:
         for time in (self._lift_off, (self._lift_off + self._down) / 2.0, self._down):
             self._com_y.append(Key(start + time, sway * np.sin(np.pi * time / self._step_time)))
         self._com_y.append(Key(start + self._step_time, 0.0))
-
-
-def _other(side: str) -> str:
-    return 'r' if side == 'l' else 'l'

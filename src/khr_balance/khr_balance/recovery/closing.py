@@ -10,6 +10,7 @@ from khr_balance.gaits.body import Array
 from khr_balance.gaits.gait import solve
 from khr_balance.gaits.plan import Plan, Sole
 from khr_balance.gaits.splines import ConstantPath, RestingPath
+from khr_balance.joints import other_side
 from khr_balance.recovery.parameters import RecoveryParameters, StepShape
 from khr_balance.recovery.stance import Stance
 
@@ -38,7 +39,7 @@ def closing_angles(
     Raises:
         GaitError: if a leg is too short for the step.
     """
-    other = 'r' if foot == 'l' else 'l'
+    other = other_side(foot)
     begin, shifted, high, down, end = accumulate(
         (parameters.rest_time, *(part * parameters.close_time for part in PARTS))
     )

@@ -38,7 +38,7 @@ class RecoveryParameters:
         50.0,
         '[0, 500] deg/s',
     )
-    edge: tuple[float, ...] = _pair(
+    tipping_threshold: tuple[float, ...] = _pair(
         'distance of the capture point from the middle of the soles above which the robot steps '
         'at any rate above ``quiet_rate_deg``: it is beyond the soles, and the fall is slow.',
         0.065,
@@ -99,7 +99,7 @@ class RecoveryParameters:
     height: float = parameter(
         0.18,
         'Ratio of the motion of the centre of mass to the rotation of the torso on flat soles; '
-        'fitted to the simulated robot, whose torso sways more than the body.',
+        'fitted to the simulated robot: its torso sways more than its body.',
         '[0.05, 0.5] m',
     )
     tipping_height: float = parameter(
@@ -145,7 +145,7 @@ class StepShape:
     sign: float
     threshold: float
     rate_threshold_deg: float
-    edge: float
+    tipping_threshold: float
     step_length: float
     swing_time: float
     clearance: float

@@ -24,7 +24,7 @@ from khr_common.interfaces import (
 )
 from khr_common.published import NO_LOAD_SPEED
 
-LEGS = RECOVERY_CORRECTION.names
+LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
@@ -88,8 +88,7 @@ class Recovery(Block[RecoveryParameters]):
                 last + min(max(goal - last, -most), most)
                 for last, goal in zip(self._target, wanted, strict=True)
             ]
-            rows = [INDEX[name] for name in LEGS]
-            correction = tuple(self._target[row] - others[row] for row in rows)
+            correction = tuple(self._target[joint] - others[joint] for joint in LEGS)
         state = (float(self._phase), estimate.com, estimate.capture_point, share)
         return correction, state
 
@@ -106,7 +105,7 @@ class Recovery(Block[RecoveryParameters]):
         for shape, closing in self._steps:
             beyond, rate = shape.sign * estimate.capture_point, shape.sign * estimate.rate
             fast = beyond > shape.threshold and rate > radians(shape.rate_threshold_deg)
-            if fast or (beyond > shape.edge and rate > radians(own.quiet_rate_deg)):
+            if fast or (beyond > shape.tipping_threshold and rate > radians(own.quiet_rate_deg)):
                 lean = (estimate.com - self._com_at_rest) / own.tipping_height
                 self._step = Step(
                     stance, own.foot[0], shape, closing, self._target, lean, own.control_period

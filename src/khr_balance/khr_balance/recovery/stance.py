@@ -31,7 +31,7 @@ class Stance:
         self.soles = {side: self._from_torso(body.sole_position[side]) for side in SIDES}
         self.com = self._from_torso(body.centre_of_mass)
         self.torso_height = float(self._from_torso(np.zeros(3))[2])
-        self.torso_pitch = float(np.arcsin(self._turn[0, 2] * -1.0))
+        self.torso_pitch = float(np.arcsin(-self._turn[0, 2]))
 
     def _from_torso(self, point: Array) -> Array:
         return applied(self._turn.T, point - self._middle)

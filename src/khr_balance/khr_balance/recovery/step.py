@@ -9,15 +9,13 @@ from math import cos, pi, sin
 from khr_balance.errors import UnreachableError
 from khr_balance.gaits.body import HEEL_X, TOE_X, Array
 from khr_balance.gaits.kinematics import leg_angles
-from khr_balance.joints import INDEX
+from khr_balance.joints import INDEX, LEG, other_side
 from khr_balance.recovery.parameters import StepShape
 from khr_balance.recovery.stance import Stance
 
-LEG_JOINTS = 5
-
 
 class Phase(IntEnum):
-    """What the robot does."""
+    """Phase of a recovery."""
 
     WAITING = 0
     SWING = 1
@@ -44,7 +42,6 @@ class Step:
 
     Attributes:
         phase: of the last target.
-        done: whether the closing is over.
     """
 
     def __init__(
@@ -58,7 +55,7 @@ class Step:
         period: float,
     ) -> None:
         self._stance, self._shape, self._closing = stance, shape, closing
-        self._foot, self._other = foot, 'r' if foot == 'l' else 'l'
+        self._foot, self._other = foot, other_side(foot)
         self._start = self._last = list(target)
         self._lean, self._period, self._time, self._row = lean, period, 0.0, 0
         edge = TOE_X if shape.sign > 0.0 else HEEL_X
@@ -102,7 +99,7 @@ class Step:
         sole, normal = stance.seen_from_torso(place, self._edge, self._lean)
         target = list(self._start)
         first = INDEX[f'{self._foot}_hip_roll']
-        leg = slice(first, first + LEG_JOINTS)
+        leg = slice(first, first + len(LEG))
         try:
             target[leg] = leg_angles(self._foot, sole, normal).tolist()
         except UnreachableError:  # the body leans too far: the leg stays as it is

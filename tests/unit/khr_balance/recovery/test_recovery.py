@@ -101,7 +101,7 @@ def test_a_fall_leads_through_all_phases_back_to_exactly_zero(sign):
 
 def test_a_slow_fall_beyond_the_soles_leads_to_a_step():
     slow = radians(25.0)  # below the threshold of the rate
-    without = Played([slow] * 100, replace(TABLE, edge=(0.3, 0.3)))
+    without = Played([slow] * 100, replace(TABLE, tipping_threshold=(0.3, 0.3)))
     assert not without.phase.any()
     assert Played([slow] * 100).phase.any()
 
