@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Verdict, table
+from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
@@ -19,13 +18,14 @@ from khr_studies.recovery.study import (
     CASES,
     DECISION,
     GAIN,
+    LEVELS,
+    TIMES,
     UNLOADING,
+    Case,
     bounds,
     held,
 )
 from khr_sweeps.trial import Row
-
-Records = list[dict[str, Any]]
 
 
 def write(runs: pd.DataFrame, out: Path) -> str:
@@ -46,15 +46,24 @@ def summary(runs: pd.DataFrame) -> str:
 def page(runs: pd.DataFrame, name: str) -> str:
     """Return the page; ``name`` is that of its files."""
     rows = pushes_held(runs)
+    default = [row for row in rows if row['robot'] == 0]
+    bound = [bounds(case) for case in CASES]
+    oblique = runs[runs['part'] == 'oblique']
     quiet = runs[runs['part'] == 'quiet']
     upright = quiet[~quiet['fell'].astype(bool)]
     return page_text(
         __name__,
         files=name,
         gain=GAIN,
-        default=table([row for row in rows if row['robot'] == 0], COLUMNS),
+        default=table(default, COLUMNS),
+        missed=Bullets(tuple(_missed(row) for row in default if not row['met'])),
+        largest=max(TIMES),
+        above=sum(row['held'] > bound[row['case']]['step'] for row in default),
+        rows=len(default),
+        oblique=table(oblique_pushes(oblique), OBLIQUE),
+        level=max(LEVELS),
         robots=table([row for row in rows if row['robot']], ROBOT_COLUMNS),
-        bounds=table([{**_names(case), **bounds(case)} for case in CASES], BOUNDS),
+        bounds=table([{**_names(c), **b} for c, b in zip(CASES, bound, strict=True)], BOUNDS),
         guards=table(guards(runs), GUARDS),
         decision=DECISION,
         unloading=UNLOADING,
@@ -80,6 +89,7 @@ def pushes_held(runs: pd.DataFrame) -> list[Row]:
         found.append(
             {
                 **_names(own),
+                'case': int(case),
                 'engine': engine,
                 'robot': int(robot),
                 'ankle': ankle,
@@ -105,13 +115,39 @@ def guards(runs: pd.DataFrame) -> list[Row]:
     return found
 
 
-def _names(case: Any) -> Row:
+def oblique_pushes(runs: pd.DataFrame) -> list[Row]:
+    """Return the largest impulses by the direction of the force, N s, without and with the step."""
+    found = []
+    for angle, each in runs.groupby('angle'):
+        with_step = each['recovery'].astype(bool)
+        found.append(
+            {
+                'angle': float(angle),
+                'ankles': held(each[~with_step], 'impulse'),
+                'step': held(each[with_step], 'impulse'),
+            }
+        )
+    return found
+
+
+def _missed(row: Row) -> str:
+    return (
+        f'{row["push"]}, {row["slope"]} deg, {row["engine"]}: {row["times"]:.1f} of '
+        f'{row["goal"]:.1f}, holes: {_holes(row)}'
+    )
+
+
+def _names(case: Case) -> Row:
     source = 'the front' if case.direction == 'front' else case.direction
     return {'push': f'{case.duration:g} s from {source}', 'slope': f'{case.inclination:g}'}
 
 
 def _holes(row: Row) -> str:
-    return ', '.join(f'{hole:.2f}' for hole in row['holes']) or 'none'
+    return _levels(row['holes'])
+
+
+def _levels(levels: list[float]) -> str:
+    return ', '.join(f'{level:.2f}' for level in levels) or 'none'
 
 
 COLUMNS: Columns[Row] = {
@@ -138,6 +174,13 @@ BOUNDS: Columns[Row] = {
     'flywheel': lambda row: f'{row["flywheel"]:.2f}',
     'one step': lambda row: f'{row["step"]:.2f}',
     'endless steps': lambda row: f'{row["steps"]:.2f}',
+}
+OBLIQUE: Columns[Row] = {
+    'force to the left of straight ahead, deg': lambda row: f'{row["angle"]:g}',
+    'ankles': lambda row: f'{row["ankles"][0]:.1f}',
+    'step': lambda row: f'{row["step"][0]:.1f}',
+    'holes, ankles': lambda row: _levels(row['ankles'][1]),
+    'holes, step': lambda row: _levels(row['step'][1]),
 }
 GUARDS: Columns[Row] = {
     'push': COLUMNS['push'],

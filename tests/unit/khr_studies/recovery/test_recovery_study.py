@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from khr.cli.app import app
+from khr_common.errors import KhrError
 from khr_studies.measuring.run_table import read_table
 from khr_studies.recovery.page import page, pushes_held
 from khr_studies.recovery.study import CASES, bounds, held, push_once
@@ -50,3 +53,19 @@ def test_the_page_is_that_of_its_runs():
     table = read_table(DOCS / 'recovery.csv')
     assert page(table, 'recovery') == (DOCS / 'recovery.md').read_text()
     assert {row['engine'] for row in pushes_held(table)} == {'bullet', 'mujoco'}
+
+
+def test_options_of_the_other_pushes_are_refused_with_recovery(tmp_path):
+    done = CliRunner().invoke(app(), ['push', '--recovery', '--ka', '18', '--out', str(tmp_path)])
+    assert isinstance(done.exception, KhrError)
+    assert str(done.exception).startswith('--recovery: has pushes of its own; accepted: without')
+    assert not [*tmp_path.iterdir()]
+
+
+def test_the_page_names_each_missed_goal():
+    table = read_table(DOCS / 'recovery.csv')
+    text = (DOCS / 'recovery.md').read_text()
+    missed = [row for row in pushes_held(table) if row['robot'] == 0 and not row['met']]
+    assert missed
+    for row in missed:
+        assert f'{row["push"]}, {row["slope"]} deg, {row["engine"]}: {row["times"]:.1f} of' in text

@@ -21,21 +21,26 @@ from khr.cli.verbs.options import (
     scheduler_of,
     warn_of_switched_off,
 )
+from khr_common.errors import KhrError
+
+# Pushes of khr push, as its options take them.
+KA, DURATIONS = '0,12,18', '0.1,0.2,0.5'
+DIRECTIONS, GYROS = 'front,behind', 'packaged,circuit'
 
 
 def push(
     ka: Annotated[
         str, typer.Option(help='Ankle gains K_A, separated by commas; 0 is no control.')
-    ] = '0,12,18',
+    ] = KA,
     duration: Annotated[
         str, typer.Option(help='Durations of the pushes in s, separated by commas.')
-    ] = '0.1,0.2,0.5',
+    ] = DURATIONS,
     direction: Annotated[
         str, typer.Option(help='Where the pushes come from, separated by commas: front, behind.')
-    ] = 'front,behind',
+    ] = DIRECTIONS,
     gyro: Annotated[
         str, typer.Option(help='Gyro models, separated by commas: packaged, circuit.')
-    ] = 'packaged,circuit',
+    ] = GYROS,
     out: Annotated[
         Path | None,
         typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
@@ -59,6 +64,11 @@ def push(
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
     if recovery:
+        if (ka, duration, direction, gyro) != (KA, DURATIONS, DIRECTIONS, GYROS):
+            raise KhrError(
+                '--recovery: has pushes of its own; accepted: without --ka, --duration, --direction '
+                'and --gyro'
+            )
         _push_with_recovery(out or Path('docs'), seeds, workers, measured)
         return
     from khr_report.folders import make_folder
