@@ -57,6 +57,9 @@ def seen(points: Array, inclination: Array) -> Array:
 def _footprints(run: RunContents, known: list[int]) -> list[Array]:
     """Return the loaded soles at the start, in the middle of each swing, and at the end."""
     assert run.series is not None
+    known = [n for n in known if (each := run.balances[n]) is not None and len(each.support)]
+    if not known:  # in the air throughout
+        return []
     time = run.series.time[known]
     planned = swings(run.parameters.table(GaitParameters)) if run.scenario else {}
     middles = [(start + end) / 2.0 for each in planned.values() for start, end in each]
@@ -66,7 +69,6 @@ def _footprints(run: RunContents, known: list[int]) -> list[Array]:
         number = known[min(int(np.searchsorted(time, at)), len(known) - 1)]
         balance = run.balances[number]
         assert isinstance(balance, Balance)
-        if len(balance.support):
-            phi = np.full(len(balance.support), run.series.inclination[number])
-            found.append(seen(balance.support, phi))
+        phi = np.full(len(balance.support), run.series.inclination[number])
+        found.append(seen(balance.support, phi))
     return found

@@ -36,6 +36,7 @@ def test_the_points_of_a_standing_robot_lie_on_its_soles(run):
     for axis in figure.axes:
         names = {line.get_label(): line.get_xydata() for line in axis.lines}
         assert set(names) == {'centre of mass', 'capture point', 'centre of pressure'}
+        assert len(axis.patches) == 2  # at the start and at the end
         soles = Outline(axis.patches[-1].get_xy())
         assert all(soles.contains_points(points[10:]).all() for points in names.values())
 
