@@ -107,7 +107,7 @@ film: install
 	rm -rf build/planted
 	$(BIN)/khr run push_behind_step --offline --set recovery.enabled=false --out build/planted
 	$(BIN)/khr film build/planted --against push_behind_step --start 2.8 --end 5.0 --rate 20 \
-	    --width 420 --height 400 --out build/recovery
+	    --width 480 --height 360 --out build/recovery
 	cp build/recovery.gif docs/recovery.gif
 
 # one distribution of all packages

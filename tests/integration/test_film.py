@@ -15,8 +15,8 @@ from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render_run
-from khr_report.film.overlay import TRACE, VERDICTS, Overlay
-from khr_report.film.panels import FAINT, LEFT, PRESSURE, RIGHT, SHOWN, Brush, OverTime
+from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay
+from khr_report.film.panels import FAINT, LEFT, POINTS, PRESSURE, RIGHT, SHOWN, Brush, OverTime
 from khr_report.film.scene import Look, PosedScene, frames, scenario_of, source_of
 from khr_report.film.shadow import Shadow
 from khr_sim.physics.camera import Camera
@@ -182,6 +182,10 @@ def test_film_has_its_pictures_in_both_files(folder):
     with Image.open(animation) as gif:
         assert gif.size == SMALL[:2]
         assert gif.n_frames == 6  # 0.3 s at 20 per s
+
+
+def test_a_gif_keeps_the_colours_of_the_balance():
+    assert {color for _, color, _ in POINTS} <= set(COLORS)
 
 
 def test_still_is_one_picture(folder, tmp_path):

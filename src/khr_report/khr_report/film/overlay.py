@@ -44,7 +44,16 @@ VERDICTS = {
     'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
 }  # fmt: skip
 FORCES = (('left toe', LEFT), ('left heel', LEFT), ('right toe', RIGHT), ('right heel', RIGHT))
-COLORS = (INK, PAPER, TRACE, LEFT, RIGHT, *VERDICTS.values())  # that a GIF must not blend
+COLORS = (
+    INK,
+    PAPER,
+    TRACE,
+    LEFT,
+    RIGHT,
+    MASS,
+    PRESSURE,
+    *VERDICTS.values(),
+)  # that a GIF must not blend
 HEIGHT = 720  # px, of a picture in which sizes below hold
 MARGIN, LARGE, PANEL = 18, 30, 112
 ABOVE = (180, 160)  # px, of the view from above
