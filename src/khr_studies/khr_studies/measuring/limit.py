@@ -68,7 +68,7 @@ class Limit:
         """Return, per seed, the steepest run up to its limit in which the robot stayed up."""
         limits = self.runs['seed'].map(dict(enumerate(self.of_seeds)))
         below = self.runs[self.runs['stayed_up'] & (self.runs['inclination_deg'] <= limits)]
-        return below.loc[below.groupby('seed')['inclination_deg'].idxmax()]
+        return below.sort_values('inclination_deg').drop_duplicates('seed', keep='last')
 
     @property
     def slipped(self) -> float:
@@ -91,10 +91,12 @@ def limit_text(title: str, limit: Limit) -> str:
     seeds = len(limit.of_seeds)
     scatter = f'95 %, {seeds} seeds' if seeds > 1 else 'one seed; standard deviation assumed'
     of_seeds = '  '.join(f'{one:.2f}' for one in sorted(limit.of_seeds))
+    stayed = len(limit.highest)  # seeds that stayed up at all
     return (
         f'{limit.mean:.2f} +- {limit.half_width:.2f} deg ({scatter})  {title}\n'
         f'seeds      {of_seeds} deg\n'
-        f'just below {_share("slips", limit.slipped)}, {_share("vibrates", limit.vibrated)} '
+        f'just below {_count("slips", limit.slipped, stayed)}, '
+        f'{_count("vibrates", limit.vibrated, stayed)} '
         f'({degrees(limit.vibration):.1f} deg/s above 4 Hz, limit {degrees(VIBRATES):.1f})'
     )
 
@@ -120,7 +122,7 @@ def write_limit(limit: Limit, file: Path) -> None:
     write_text(file, json.dumps(content, indent=2) + '\n')
 
 
-def _share(word: str, share: float) -> str:
-    if np.isnan(share):
+def _count(word: str, share: float, seeds: int) -> str:
+    if not seeds:
         return f'{word}: never stayed up'
-    return f'{word} with {share:.0%} of the seeds'
+    return f'{word} with {share * seeds:.0f} of {seeds} seeds'

@@ -20,6 +20,7 @@ from khr_studies.measuring.limit import (
     VIBRATES,
     Limit,
     check_file,
+    limit_text,
     write_limit,
 )
 from khr_studies.measuring.run_table import run_table
@@ -38,14 +39,15 @@ def test_interval_is_students_over_what_bisection_and_raggedness_leave():
 
 def test_seeds_search_on_lattices_of_their_own(monkeypatch, capsys, tmp_path):
     def run(condition, inclination_deg, seed):
-        return full_outcome('walked' if inclination_deg < 7 else 'fell')
+        return full_outcome('walked' if inclination_deg < 7.5 else 'fell')
 
     monkeypatch.setattr(critical, 'run_condition', run)
     limit = measure_limit(Condition(), 6, 0.2, HerePool())
     assert len(set(limit.of_seeds)) == 6
-    assert limit.of_seeds == pytest.approx([7.0] * 6, abs=0.1)
+    assert limit.of_seeds == pytest.approx([7.5] * 6, abs=0.1)
     assert limit.tolerance == 0.2
     assert len(capsys.readouterr().err.splitlines()) == 6, 'one line a seed'
+    assert limit.highest['seed'].is_unique and len(limit.highest) == 6
     for name in ('runs.csv', 'limit.json'):
         write_limit(limit, tmp_path / name)
     content = json.loads((tmp_path / 'limit.json').read_text())
@@ -73,7 +75,9 @@ def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
     limit = Limit((5.55, 6.25), runs=runs)
     assert limit.highest['inclination_deg'].tolist() == [5.5, 6.0]
     assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
+    assert 'slips with 1 of 2 seeds, vibrates with 1 of 2 seeds' in limit_text('walk', limit)
     assert np.isnan(Limit((5.55, 6.25)).slipped), 'no seed stayed up'
+    assert 'slips: never stayed up' in limit_text('walk', Limit((5.55, 6.25)))
 
 
 def test_condition_sets_what_each_node_does():
