@@ -272,14 +272,14 @@ def test_a_flag_has_no_type_and_the_verbs_are_in_groups(monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_gains_and_engine_have_options_and_last_is_the_newest_run(tmp_path):
+def test_gains_and_engine_have_options_and_last_is_the_newest_run(monkeypatch, capsys, tmp_path):
     def real(*words):
-        return subprocess.run(
-            [*KHR, *words], cwd=tmp_path, capture_output=True, check=False
-        ).returncode
+        return khr(monkeypatch, capsys, *words)[0]
 
+    monkeypatch.chdir(tmp_path)
     words = ['run', 'stand_0deg', '--duration', '0.3', '--no-draw', '--ka', '18', '--kh', '0']
-    assert real(*words, '--engine', 'mujoco') == 0
+    done = subprocess.run([*KHR, *words, '--engine', 'mujoco'], capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
     (folder,) = (tmp_path / 'runs').iterdir()
     text = (folder / 'scenario.yaml').read_text()
     assert 'gain: 18.0' in text and 'engine: mujoco' in text

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import hypot, isfinite, nan
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleControllerParameters
@@ -322,6 +322,7 @@ class Coarse(Bench):
         return Limit((found.middle,), 0.8)
 
 
+@settings(max_examples=30)  # each judges all limits
 @given(st.sampled_from(LIMITS), st.floats(-2.0, 2.0))
 def test_quick_limit_passes_only_if_the_true_one_would(row, difference):
     bench = Coarse(row.thesis_deg + difference)
