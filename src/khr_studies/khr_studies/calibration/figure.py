@@ -30,9 +30,13 @@ def correlation_figure(plan: CalibrationPlan, found: Ensemble) -> Figure:
         for (row, column), value in np.ndenumerate(matrix):
             if row != column:
                 tone = 'white' if abs(value) > 0.6 else 'black'
-                axis.text(column, row, f'{value:+.1f}', ha='center', va='center', color=tone)
+                text = axis.text(column, row, f'{value:+.1f}', color=tone, fontsize=5)
+                text.set(ha='center', va='center')
         figure.colorbar(image, ax=axis, label='rank correlation', shrink=0.8)
-        head(figure, f'What the constants of {len(found.robots)} robots that fit have in common')
+        head(
+            figure,
+            f'Rank correlations of the constants over the {len(found.robots)} robots that fit',
+        )
         return figure
 
 

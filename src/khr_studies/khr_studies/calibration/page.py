@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +77,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         open=OPEN,
         rows=_robots_table(calibration, [found.best]),
         spread=_spread_rows(calibration),
+        added=_added_rows(calibration),
         free=_constant_rows(calibration, enough),
         gaps=_gaps(calibration),
         missed=missed_rows(plan, found.best),
@@ -174,6 +175,29 @@ def _spread_rows(calibration: Calibration) -> str:
             }
         )
     return table_of(rows)
+
+
+def _added_rows(calibration: Calibration) -> str:
+    """Return a table of the robots that equal the added ones but for the varied constants."""
+    plan = calibration.plan
+    varied = [name for name in plan.constants if len({one[name] for one in plan.added}) > 1]
+
+    def rest(constants: Mapping[str, float]) -> dict[str, float]:
+        return {name: value for name, value in constants.items() if name not in varied}
+
+    robots = [
+        robot
+        for robot in calibration.found.robots
+        if plan.added and rest(robot.constants) == rest(plan.added[0])
+    ]
+    robots.sort(key=lambda robot: [robot.constants[name] for name in varied])
+    cells = [
+        {f'`{name}`': f'{robot.constants[name]:g}' for name in varied}
+        | {'rows missed': str(len(missed_rows(plan, robot))), 'cost': f'{robot.cost:.2f}'}
+        | {row.title: f'{robot.value(row.title):.2f}' for row in plan.limits}
+        for robot in robots
+    ]
+    return table_of(cells) if cells else ''
 
 
 def _constant_rows(calibration: Calibration, enough: bool) -> str:

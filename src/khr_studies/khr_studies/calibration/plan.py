@@ -89,6 +89,8 @@ class CalibrationPlan:
         settings: parameters of all candidates that differ from the defaults, by ``node.key``.
         placed: candidates of the first generation that were found in earlier trials; each has every
             constant.
+        added: candidates measured after the search, which does not continue from them; each has
+            every constant.
     """
 
     constants: dict[str, FreeConstant]
@@ -100,6 +102,7 @@ class CalibrationPlan:
     supports: tuple[WantedSupport, ...] = ()
     settings: dict[str, Any] = Field(default_factory=dict)
     placed: tuple[dict[str, float], ...] = ()
+    added: tuple[dict[str, float], ...] = ()
     note: str = ''
 
     @property
@@ -129,7 +132,7 @@ class CalibrationPlan:
     def digest(self) -> str:
         """Return a digest of all that determines a measurement: rows, ranges and settings."""
         plan = TypeAdapter(CalibrationPlan).dump_python(self, mode='json')
-        del plan['placed'], plan['note']
+        del plan['placed'], plan['added'], plan['note']
         text = json.dumps(plan, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -152,12 +155,13 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
         ) from error
     if not plan.constants or not plan.limits:
         raise KhrError(f'{path}: accepted: at least one constant and one limit')
-    for number, candidate in enumerate(plan.placed):
-        if set(candidate) != set(plan.constants):
-            raise KhrError(
-                f'{path}: placed.{number}: {one_line(", ".join(candidate))} are not accepted; '
-                f'accepted: {", ".join(plan.constants)}'
-            )
+    for name in ('placed', 'added'):
+        for number, candidate in enumerate(getattr(plan, name)):
+            if set(candidate) != set(plan.constants):
+                raise KhrError(
+                    f'{path}: {name}.{number}: {one_line(", ".join(candidate))} are not accepted; '
+                    f'accepted: {", ".join(plan.constants)}'
+                )
     titles = [row.title for row in plan.rows]
     for title in titles:
         if titles.count(title) > 1:

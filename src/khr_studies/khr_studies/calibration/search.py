@@ -7,7 +7,7 @@ candidates are pruned after their first rows.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any
@@ -68,6 +68,12 @@ class Search:
     def seeds_of(self, generation: int) -> tuple[int, ...]:
         """Return the seeds of a generation, from 1; they move on from one to the next."""
         return tuple(range(generation - 1, generation - 1 + self.seeds))
+
+    def task(
+        self, constants: Mapping[str, float], seeds: tuple[int, ...], prune_above: float
+    ) -> Task:
+        """Return the measurement of a candidate."""
+        return Task(self.plan, constants, (self.engine,), seeds, prune_above)
 
     @property
     def engines(self) -> tuple[str, ...]:
@@ -208,7 +214,7 @@ class Measurement:
 
 
 def run_search(search: Search, measurement: Measurement) -> list[Candidate]:
-    """Search; return every candidate of the journal.
+    """Search and measure the added candidates; return every candidate of the journal.
 
     Raises:
         RunError: if a worker fails.
@@ -217,19 +223,13 @@ def run_search(search: Search, measurement: Measurement) -> list[Candidate]:
     while not proposals.is_over:
         known = len(journal.candidates())
         generation = proposals.ask()
-        tasks = [
-            Task(
-                search.plan,
-                constants,
-                (search.engine,),
-                search.seeds_of(proposals.generation),
-                proposals.prune_above,
-            )
-            for constants in generation
-        ]
+        seeds = search.seeds_of(proposals.generation)
+        tasks = [search.task(one, seeds, proposals.prune_above) for one in generation]
         proposals.tell(measurement.measure(tasks))
         if len(journal.candidates()) > known:
             measurement.report(_best_text(search, proposals, journal.candidates()))
+    added = [search.task(one, search.seeds_of(1), PRUNE_ABOVE) for one in search.plan.added]
+    measurement.measure(added, message='added candidates')
     return journal.candidates()
 
 

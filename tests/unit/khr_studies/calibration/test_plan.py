@@ -60,6 +60,7 @@ def check_default(name):
         (lambda d: d['limits'][0].update(motion='fly'), 'motion'),
         (lambda d: d.update(limits=[]), 'at least one'),
         (lambda d: d.update(placed=[{'com_lifted': 0.01}]), 'placed.0'),
+        (lambda d: d.update(added=[{'com_lifted': 0.01}]), 'added.0'),
         (lambda d: d['limits'].append(dict(d['limits'][0])), 'there twice'),
         (lambda d: d['ratios'][0].update(quantity='slip'), 'ratios.0.quantity'),
         (lambda d: d['settings'].update({'gait.stride': 9.0}), 'settings: gait.stride'),

@@ -69,6 +69,16 @@ def test_placed_candidates_are_in_the_first_generation(tmp_path, here):
     assert first[0] == pytest.approx(placed, rel=1e-3) and len(first) == 1 + 4 * SEARCH.population
 
 
+def test_added_candidates_are_measured_and_do_not_steer_the_search(tmp_path, here):
+    one = {'sway': 0.0251, 'board': 0.2, 'lift': 0.02}  # better than all of the search
+    before = searched(tmp_path / 'journal')
+    with_one = replace(SEARCH, plan=replace(PLAN, added=(one,)))
+    assert with_one.head == SEARCH.head
+    after = searched(tmp_path / 'journal', with_one)
+    assert [robot.constants for robot in after] == [*(robot.constants for robot in before), one]
+    assert searched(tmp_path / 'other', with_one) == after
+
+
 def test_whole_constant_takes_whole_numbers_of_its_range():
     constant = FreeConstant(('hip_controller.rate_delay',), (1.0, 3.0), '', whole=True)
     assert {constant.at(share) for share in np.linspace(0.0, 1.0, 50)} == {1.0, 2.0, 3.0}
@@ -211,6 +221,17 @@ def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost()
     found = calibration_of(SEARCH, [both_near, one_far])
     assert found.best == one_far
     assert 'misses 2' in page(found, 'calibration')
+
+
+def test_page_compares_the_added_candidates_with_the_robot_that_they_vary():
+    plan = replace(PLAN, added=(robot(sway=0.024).constants, robot(sway=0.026).constants))
+    robots = [robot(sway) for sway in (0.026, 0.025, 0.024)] + [robot(lift=0.011)]
+    text = page(calibration_of(replace(SEARCH, plan=plan), robots))
+    added = text.partition('## Added candidates')[2].partition('## ')[0]
+    rows = [line for line in added.splitlines() if line.startswith('| 0')]
+    assert [row.split(' | ')[0] for row in rows] == ['| 0.024', '| 0.025', '| 0.026']
+    assert rows[1] == f'| 0.025 | 0 | {robot().cost:.2f} | 5.90 | 9.20 |'
+    assert 'Added' not in page(calibration_of(SEARCH, robots))
 
 
 def test_pareto_set_trades_limits_for_the_other_rows():
