@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -72,9 +71,8 @@ class PageNode(KhrNode):
         topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
         self._samples = LatestMessages(self, topics, DEPTH)
         self._push = self.publisher(PUSH)
-        refused = partial(setattr, self._run, 'trouble')
         self._client = RunClient(
-            self, (*tunables(), *WATCHED), self._on_control, self._on_value, refused
+            self, (*tunables(), *WATCHED), self._on_control, self._on_value, self.show_refusal
         )
         self._reports = Reports(
             self,
@@ -187,9 +185,13 @@ class PageNode(KhrNode):
 
     def change(self, tunable: Tunable, value: Value) -> None:
         """Request another value of a parameter."""
-        self._run.learn(tunable, value)
-        self._keep(tunable, value)
-        self._client.ask(tunable, value)
+        if self._client.ask(tunable, value):
+            self._run.learn(tunable, value)
+            self._keep(tunable, value)
+
+    def show_refusal(self, reason: str) -> None:
+        """Show why an action was refused; an empty reason clears it."""
+        self._run.trouble = reason
 
     def pause(self, halt: bool) -> None:
         """Pause or resume the run."""

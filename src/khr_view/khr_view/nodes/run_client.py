@@ -58,18 +58,22 @@ class RunClient:
                 self._asked.add(name)
                 self._describe(name, client)
 
-    def ask(self, tunable: Tunable, value: Value) -> None:
+    def ask(self, tunable: Tunable, value: Value) -> bool:
         """Request a parameter change; the newest of several values wins.
 
         A value that the parameter does not accept is refused here, in the words of the command.
+
+        Returns:
+            Whether the parameter accepts it.
         """
         try:
             check(table_of(tunable.node), tunable.name, value)
         except KhrError as error:
             self._refused(f'{tunable.node}: {error}')
             self._restore(tunable)
-            return
+            return False
         self._pending.ask(tunable.key, value)
+        return True
 
     def send(self) -> None:
         """Send the requested values."""

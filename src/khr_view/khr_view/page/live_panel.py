@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from khr_bringup.scenario.scenario import Scenario
+from khr_common import check, parameter, specifications
+from khr_common.errors import KhrError
 from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.model.restart import END_ACTIONS, EndAction
 from khr_view.page.reader import Later, give_value, on_user_input
@@ -18,11 +21,17 @@ DIRECTIONS = {
     'to its right': (0.0, -1.0),
 }
 SIMULATOR = 'simulator'
-LARGEST_PUSH = 30.0  # N that the page offers
 GROUPS = ('Feedback', 'Ground', 'Push', 'Time')
 AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
 PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
 OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # the parameter of the speed
+
+
+@dataclass(frozen=True)
+class PushForce:
+    """The push that the page offers."""
+
+    force: float = parameter(5.0, 'Or drag the torso.', '[0.5, 30] N')
 
 
 class LivePanel:
@@ -59,8 +68,8 @@ class LivePanel:
         """Serve another run; controls of nodes that it does not have disappear.
 
         Args:
-            owner: has the methods that the controls call: change, pause, push, and for pages
-                that restart runs also restart, at_the_end and switch.
+            owner: has the methods that the controls call: change, pause, push, show_refusal, and
+                for pages that restart runs also restart, at_the_end and switch.
             scenario: of the run, if it is known.
         """
         self._owner = owner
@@ -152,18 +161,30 @@ class LivePanel:
         )
 
     def _add_push(self) -> None:
+        of = specifications(PushForce)['force']
         with self._folders['Push']:
             force = self._gui.add_slider(
-                'Force, N', 0.5, LARGEST_PUSH, 0.5, 5.0, hint='Or drag the torso.'
+                f'Force, {of.unit}', of.minimum, of.maximum, 0.5, of.default, hint=of.description
             )
             where = self._gui.add_dropdown('Direction', tuple(DIRECTIONS))
             self._push = self._gui.add_button(PUSH, icon='hand-finger')
 
-        def on_click(_: Any) -> None:
-            x, y = DIRECTIONS[where.value]
-            self._later(lambda: self._owner.push((force.value * x, force.value * y, 0.0), True))
+        def accepted(value: float) -> bool:
+            try:
+                check(PushForce, 'force', value)
+            except KhrError as error:
+                self._owner.show_refusal(f'push: {error}')
+                give_value(self._server, force, of.default)
+                return False
+            return True
 
-        self._push.on_click(on_click)
+        def push(value: float) -> None:
+            x, y = DIRECTIONS[where.value]
+            if accepted(value):
+                self._owner.push((value * x, value * y, 0.0), True)
+
+        force.on_update(on_user_input(lambda value: self._later(accepted, value)))
+        self._push.on_click(lambda _: self._later(push, force.value))
 
     def _add_scenarios(self, scenarios: Sequence[str]) -> None:
         with self._gui.add_folder('Scenario'):
