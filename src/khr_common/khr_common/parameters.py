@@ -15,12 +15,11 @@ import dataclasses
 import math
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from khr_common.errors import KhrError
-from khr_common.text.quoting import named, quoted
+from khr_common.text.quoting import meant, named, quoted
 
 Value = bool | int | float | str | list[float] | list[str]
 Table = TypeVar('Table')
@@ -186,10 +185,8 @@ def check(table: type[Any], name: str, value: Any) -> Value:
     """
     known = specifications(table)
     if name not in known:
-        near = get_close_matches(str(name), known, 1)
-        meant = f'did you mean {near[0]}? ' if near else ''
         raise ParameterError(
-            f'{named(name)}: no such parameter; {meant}accepted: {", ".join(known)}'
+            f'{named(name)}: no such parameter; {meant(name, known)}accepted: {", ".join(known)}'
         )
     return known[name].check(value)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from importlib import metadata
 from pkgutil import resolve_name
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperCommand
+
+from khr.cli.help_text import Command, Group
 
 # By name, because the command imports the module of its one verb alone.
 PANELS: dict[str, dict[str, str]] = {
@@ -48,16 +49,6 @@ PANELS: dict[str, dict[str, str]] = {
 }
 
 
-class Command(TyperCommand):
-    """A verb; its help shows a flag without a type, because it takes no value."""
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
-        for each in self.params:
-            if getattr(each, 'is_flag', False):
-                each.metavar = ''
-
-
 def _show_version(asked: bool) -> None:
     if asked:
         (distribution, *_) = metadata.packages_distributions()['khr']  # the whole, or a part
@@ -80,7 +71,7 @@ def app(first: str = '') -> typer.Typer:
     Args:
         first: its first argument; if that is a verb, the command has no other.
     """
-    made = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+    made = typer.Typer(cls=Group, no_args_is_help=True, pretty_exceptions_enable=False)
     made.callback()(top)
     known = {
         name: (verb, panel) for panel, verbs in PANELS.items() for name, verb in verbs.items()

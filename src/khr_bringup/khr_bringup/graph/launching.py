@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -19,7 +18,7 @@ from khr_bringup.scenario.expectation import MEANING, Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_common.text.quoting import named
+from khr_common.text.quoting import meant, named
 
 # The launch file's arguments: default and meaning of each.
 ARGUMENTS = {
@@ -136,11 +135,10 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
         KhrError: if a name is nearly one of this file's: a typing error.
     """
     for name in given:
-        near = get_close_matches(name, ARGUMENTS, 1, SIMILAR)
+        near = meant(name, ARGUMENTS, SIMILAR)
         if near and name not in ARGUMENTS:
             raise KhrError(
-                f'{named(name)}: no such argument; did you mean {near[0]}? accepted: '
-                f'{", ".join(ARGUMENTS)}'
+                f'{named(name)}: no such argument; {near}accepted: {", ".join(ARGUMENTS)}'
             )
     return [name for name in asked if name not in ARGUMENTS]
 

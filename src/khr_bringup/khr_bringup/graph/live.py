@@ -17,7 +17,7 @@ from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario.parameter_file import parse_value
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
-from khr_common.text.quoting import named, quoted
+from khr_common.text.quoting import meant, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
@@ -179,7 +179,9 @@ def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
 
     names = sorted(call('list_parameters').result.names)
     if name is not None and name not in names:
-        raise KhrError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
+        raise KhrError(
+            f'{node}: {name}: no such parameter; {meant(name, names)}accepted: {", ".join(names)}'
+        )
     wanted = names if name is None else [name]
     values = map(value_of, call('get_parameters', wanted).values)
     descriptors = call('describe_parameters', wanted).descriptors
@@ -204,12 +206,13 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
     with _join_run(domain) as own:
         client = AsyncParameterClient(own, node)
         if not client.wait_for_services(timeout):
-            known = ', '.join(
-                sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
+            known = sorted(
+                name for name in own.get_node_names() if not name.startswith(('khr', '_'))
             )
             raise KhrError(
-                f'{node}: no such node in the running graph within {timeout:g} s; accepted: '
-                f'{known or "a run that goes on (khr list); this one has ended"}'
+                f'{node}: no such node in the running graph within {timeout:g} s; '
+                f'{meant(node, known)}accepted: '
+                f'{", ".join(known) or "a run that goes on (khr list); this one has ended"}'
             )
 
         def call(service: str, *arguments: Any) -> Any:

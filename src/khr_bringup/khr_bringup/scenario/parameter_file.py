@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
-from khr_common.text.quoting import named
+from khr_common.text.quoting import meant, named
 from khr_common.text.strict_yaml import read_yaml
 
 Values = dict[str, dict[str, Any]]
@@ -51,7 +50,10 @@ def values_of(document: Any, file: str) -> Values:
 def known_node(file: str, name: str) -> str:
     """Return the name of a node that exists."""
     if name not in registry():
-        raise KhrError(f'{file}: {named(name)}: no such node; accepted: {", ".join(registry())}')
+        raise KhrError(
+            f'{file}: {named(name)}: no such node; {meant(name, registry())}'
+            f'accepted: {", ".join(registry())}'
+        )
     return name
 
 
@@ -114,11 +116,9 @@ def _share(file: str, block: str, stated: Mapping[str, Any], shared: Values) -> 
         having = [name for name in registry() if key in specifications(table_of(name))]
         if not having:
             known = {each for name in registry() for each in specifications(table_of(name))}
-            near = get_close_matches(str(key), known, 1)
             raise KhrError(
                 f'{file}: {named(block)}: {named(key)}: no node has this parameter; '
-                + (f'did you mean {near[0]}? ' if near else '')
-                + f'accepted: a parameter of {", ".join(registry())}'
+                f'{meant(key, known)}accepted: a parameter of {", ".join(registry())}'
             )
         for name in having:
             if not _is_wiring(name, key):

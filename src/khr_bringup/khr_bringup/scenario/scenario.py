@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib.resources import files
-from os.path import isfile
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -206,8 +206,9 @@ def find_scenario(name: str, sought: str = 'scenario') -> Path:
         if isfile(path):  # Path.is_file raises if the name is too long to be one
             return path
     near = _near(name)
+    found = 'a folder, no file' if isdir(name) else f'no such {sought}'
     raise KhrError(
-        f'{named(name)}: no such {sought}; '
+        f'{named(name)}: {found}; '
         + (f'did you mean {near}? ' if near else '')
         + 'accepted: a path, or a name ("khr scenarios" lists them)'
     )
@@ -237,7 +238,10 @@ def parse_change(text: str) -> tuple[tuple[str, str], Any]:
     """
     match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
     if not match:
-        raise KhrError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
+        key = text.partition('=')[0]
+        having = [f'{node}.{key}' for node in registry() if key in specifications(table_of(node))]
+        near = f'did you mean {" or ".join(having)}? ' if having else ''
+        raise KhrError(f'{quoted(text)} is not accepted; {near}accepted: node.parameter=value')
     node, key, value = match.groups()
     return (node, key), parse_value(node, key, value)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
 LONGEST = 200  # characters of a foreign value that an error text repeats
 
 
@@ -19,6 +22,12 @@ def named(key: object) -> str:
     return (
         key if isinstance(key, str) and key.isprintable() and len(key) < LONGEST else quoted(key)
     )
+
+
+def meant(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return ``did you mean NAME?`` and a blank for the known name most like this one, if any."""
+    near = get_close_matches(str(name), known, 1, cutoff)
+    return f'did you mean {near[0]}? ' if near else ''
 
 
 def one_line(text: str) -> str:

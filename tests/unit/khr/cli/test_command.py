@@ -50,7 +50,14 @@ def khr(monkeypatch, capsys, *arguments):
         (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
         (['fly'], ['fly', 'khr --help']),
         (['report', 'last'], ['last: no run', 'folder of a run']),
+        (['lines', 'last'], ['last: no run', 'folder of a run']),
+        (['run', '.'], ['.: a folder, no file', 'khr scenarios']),
         (['run', 'walk_0deg', '--set', 'gait.cycels=3'], ['did you mean cycles?']),
+        (['run', 'walk_0deg', '--set', 'ankle_controler.gain=3'], ['did you mean ankle_contr']),
+        (
+            ['run', 'walk_0deg', '--set', 'gain=3'],
+            ['ankle_controller.gain or hip_controller.gain'],
+        ),
     ],
 )
 def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
@@ -263,10 +270,9 @@ def test_scenarios_lists_all(monkeypatch, capsys, columns):
 
 
 def test_a_flag_has_no_type_and_the_verbs_are_in_groups(monkeypatch, capsys):
-    _, text, _ = khr(monkeypatch, capsys, 'figure', '--help')
-    (flag,) = [line for line in text.splitlines() if '--fast' in line]
-    assert '<bool>' not in flag
-    _, text, _ = khr(monkeypatch, capsys, '--help')
+    for words in (['figure'], ['board'], ['board', 'probe'], []):
+        _, text, _ = khr(monkeypatch, capsys, *words, '--help')
+        assert '--help' in text and '<bool>' not in text
     places = [text.index(group) for group in ('Run and look', 'While it runs', 'Studies')]
     assert places == sorted(places) and 'The real robot' in text
 

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from khr.cli.help_text import Command, Group
 from khr.cli.verbs.options import DomainOption, ScenarioArgument, SetOption
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError
@@ -43,12 +44,13 @@ BaudOption = Annotated[int, typer.Option(help='Rate of the line; 0 tries all thr
 def board_verbs() -> typer.Typer:
     """Return the group of verbs."""
     group = typer.Typer(
+        cls=Group,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         help='Look at a controller board RCB-4HV, or serve a virtual one.',
     )
     for verb in (probe, pose, hold, free, start, deploy, serve):
-        group.command(verb.__name__)(verb)
+        group.command(verb.__name__, cls=Command)(verb)
     return group
 
 
