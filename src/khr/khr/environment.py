@@ -165,7 +165,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         self._action = [0.0, 0.0]
         self._loop = ControlLoop(self.scenario)
         gait = self.scenario.table(GaitParameters)
-        self._turn = tau / gait.cycle_period if gait.motion == 'walk' else 0.0
+        self._turn = tau / gait.cycle_period if gait.cyclic else 0.0
         assert self._plant is not None
         period = self._plant.parameters.control_period
         self._worth = [weight * period for weight in self.weights.values()]

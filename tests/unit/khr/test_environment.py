@@ -12,6 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import FrameStackObservation
 
 import khr
+from tests import ROOT
 
 FAST = {'simulator.engine': 'mujoco'}
 SHORT = FAST | {'simulator.duration': 0.6}
@@ -175,6 +176,17 @@ def test_observations_are_named_and_what_they_say():
     assert abs(seen['angle_l_knee']) > 0.3
     stacked = FrameStackObservation(environment, 3)
     assert stacked.reset(seed=0)[0].shape == (3, len(environment.names))
+
+
+def test_a_motion_from_a_file_has_a_phase_if_it_repeats():
+    environment = khr.env(ROOT / 'examples' / 'squat.yaml', set=SHORT)  # every 2.5 s
+    environment.reset(seed=0)
+    for _ in range(30):
+        observation, *_ = environment.step(np.zeros(2))
+    seen = dict(zip(environment.names, observation.tolist(), strict=True))
+    assert np.arctan2(seen['phase_sine'], seen['phase_cosine']) == pytest.approx(2 * np.pi * 0.18)
+    _, _, info = play(khr.env(ROOT / 'examples' / 'squat.yaml', set=FAST))
+    assert info['verdict'] == 'stood'
 
 
 def test_a_picture_shows_the_robot():
