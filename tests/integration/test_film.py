@@ -16,7 +16,17 @@ from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render_run
 from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay
-from khr_report.film.panels import FAINT, LEFT, POINTS, PRESSURE, RIGHT, SHOWN, Brush, OverTime
+from khr_report.film.panels import (
+    FAINT,
+    LEFT,
+    MASS,
+    POINTS,
+    PRESSURE,
+    RIGHT,
+    SHOWN,
+    Brush,
+    OverTime,
+)
 from khr_report.film.scene import Look, PosedScene, frames, scenario_of, source_of
 from khr_report.film.shadow import Shadow
 from khr_sim.physics.camera import Camera
@@ -128,6 +138,31 @@ def test_the_overlay_shows_the_balance_from_above_and_over_time():
         (rate, PRESSURE),
     ):
         assert (np.abs(part - color).max(axis=-1) < 30).sum() > 20
+
+
+def test_the_centre_of_mass_is_drawn_over_the_robot():
+    kept = frames(short(0.03))
+    overlay, camera = Overlay(short(), kept, 720), Look().camera(kept[-1].truth)
+    robot = Image.new('RGB', (960, 720), 'black')
+    overlay.draw(robot, kept[-1], camera)
+    center = camera.pixels(overlay._balances[-1].center_of_mass)
+    assert near(np.asarray(robot), center, np.divide(MASS, 255.0)) > 80
+
+
+def test_corrections_are_drawn_with_their_constant_part():
+    lean = ('ankle_controller.enabled=true', 'ankle_controller.lean_deg=3.0')
+    scenario = short().set_to(lean)
+    kept = frames(scenario)
+    panel = Overlay(scenario, kept, 720)._corrections
+    (_, constant), (color, ankle) = panel.lines
+    assert color == LEFT and panel.full >= 5.0
+    assert constant[-1] == pytest.approx(0.9), 'within start_ramp, 1 s'
+    assert np.ptp(ankle - constant) > 0.1, 'the share of the loop'
+    assert Overlay(short(), frames(short()), 720)._corrections is None
+    blank = Image.new('RGB', (960, 720), 'white')
+    Overlay(scenario, kept, 720).draw(blank, kept[-1], Look().camera(kept[-1].truth))
+    part = np.asarray(blank).astype(int)[95:220, 645:]
+    assert (np.abs(part - LEFT).max(axis=-1) < 30).sum() > 20
 
 
 def test_lines_over_time_end_now_and_swings_are_shaded():
@@ -249,5 +284,6 @@ def test_a_recorded_run_is_filmed_as_it_was_recorded_changes_and_all(tmp_path):
         series = RecordedRun(path).series
         assert [frame.time for frame in kept] == pytest.approx(series.time.tolist())
         assert np.array_equal([frame.truth.joint_position for frame in kept], series.joints)
+        assert np.array_equal([frame.corrections for frame in kept], series.correction)
     (still,) = render_run(str(folder / 'bag'), tmp_path / 'still.png', 0.3, size=SMALL)
     assert still.is_file()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, degrees, radians, sin
+from math import ceil, cos, degrees, nan, radians, sin
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import Balance, BalanceModel
 from khr_bringup.changes import Change
+from khr_bringup.recorded.constant_part import constant_parts
 from khr_bringup.recorded.run_signals import pitch_of
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.derived import swings
@@ -22,6 +23,7 @@ from khr_report.film.panels import (
     INK,
     LEFT,
     MASS,
+    OTHERS,
     PAPER,
     POINTS,
     PRESSURE,
@@ -56,10 +58,12 @@ COLORS = (
 )  # that a GIF must not blend
 HEIGHT = 720  # px, of a picture in which sizes below hold
 MARGIN, LARGE, PANEL = 18, 30, 112
+WIDE = 300  # px, of the panel of the corrections
 ABOVE = (180, 160)  # px, of the view from above
 FULL_FORCE = 20.0  # N; the robot weighs 15
 FULL_RATE = 60.0  # deg/s
 FULL_PLACE = 120.0  # mm
+LEAST = 5.0  # deg, of the scale of the corrections
 LEVEL = 0.3  # of the width, length of the level line
 FLAT = radians(0.05)  # an inclination that is not drawn
 
@@ -88,7 +92,9 @@ class Overlay:
         self._outcome = kept[-1].outcome
         self._time = np.array([frame.time for frame in kept])
         self._balances = _balances(scenario, kept)
-        self._over_time = _panels(self._time, kept, self._balances, swings(motion))
+        swung = swings(motion)
+        self._over_time = _panels(self._time, kept, self._balances, swung)
+        self._corrections = _corrections(scenario, changes, self._time, kept, swung)
 
     def draw(self, image: Image.Image, frame: Frame, camera: Camera) -> None:
         """Draw over the picture of a frame."""
@@ -110,6 +116,10 @@ class Overlay:
         self._verdict(pen, right, margin)
         clock = f'lean {degrees(_lean(frame)):.1f} deg   t {frame.time:.2f} s'
         pen.text((right, top + line / 2.0), clock, INK, self._small, anchor='ra')
+        if self._corrections is not None:
+            above = margin + (LARGE + 2.5 * SMALL) * self._scale
+            box = right - WIDE * self._scale, above, right, above + PANEL * self._scale
+            self._corrections.draw(brush, box, frame.time)
         self._level(pen, frame, camera)
         up, gap = bottom - PANEL * self._scale, margin / 2.0
         width = (right - margin - 2.0 * gap) / 3.0
@@ -131,6 +141,10 @@ class Overlay:
             place = getattr(balance, point)
             if np.isfinite(place).all():
                 u, v = camera.pixels(place).tolist()
+                if point == 'below':  # its vertical, from the centre of mass itself
+                    x_top, y_top = camera.pixels(balance.center_of_mass).tolist()
+                    brush.pen.line((x_top, y_top, u, v), color, max(1, round(2 * self._scale)))
+                    brush.point(x_top, y_top, color)
                 brush.point(u, v, color)
 
     def _verdict(self, pen: Pen, right: float, top: float) -> None:
@@ -218,3 +232,26 @@ def _panels(
     true = np.degrees([frame.truth.mean_angular_velocity[1] for frame in kept])
     title = [('pitch rate, deg/s: ', FAINT), ('gyro', TRACE), (', ', FAINT), ('true', PRESSURE)]
     return balance, OverTime(title, FULL_RATE, time, [(PRESSURE, true), (TRACE, gyro)], swung)
+
+
+def _corrections(
+    scenario: Scenario,
+    changes: Sequence[Change],
+    time: Array,
+    kept: Sequence[Frame],
+    swung: Swings,
+) -> OverTime | None:
+    """Return the panel of the corrections with their constant parts; None without a correction."""
+    names = [*scenario.corrections]
+    found = np.array([each.corrections or [nan] * len(names) for each in kept], dtype=float)
+    if not np.nan_to_num(found).any():
+        return None
+    parts = constant_parts(scenario, changes, time, np.array([each.stage for each in kept]))
+    looks = zip(names, OTHERS, found.T, parts.T, strict=False)
+    acting = [each for each in looks if np.nan_to_num(each[2]).any()]
+    lines = [(FAINT, np.degrees(part)) for *_, part in acting]
+    lines += [(color, np.degrees(values)) for _, color, values, _ in acting]
+    largest = max(float(np.nanmax(np.abs(values))) for _, values in lines)
+    title = [('correction, deg: ', FAINT)]
+    title += [(f'{name} ', color) for name, color, *_ in acting] + [('constant', FAINT)]
+    return OverTime(title, LEAST * ceil(max(largest / LEAST, 1.0)), time, lines, swung)

@@ -23,6 +23,7 @@ POINTS = (  # of the balance: name, colour, attribute
     ('centre of pressure', PRESSURE, 'pressure'),
 )
 SHOWN = GaitParameters().cycle_period  # s
+OTHERS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))  # of other lines
 SMALL = 20  # px, size of the text
 RADIUS = 7  # px of a point
 ACROSS = 0.32  # m of way that the view from above is wide

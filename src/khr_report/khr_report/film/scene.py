@@ -6,7 +6,7 @@ bag is run again offline, bit for bit, and its trajectory hash is compared.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import nan, pi
 from pathlib import Path
@@ -15,6 +15,7 @@ from PIL import Image
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome
 from khr_bringup.changes import Change
+from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_bringup.recorded.bag_signals import Track, judge
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
@@ -22,7 +23,7 @@ from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
 from khr_common.errors import KhrError
-from khr_common.interfaces import GYRO, JOINT_STATES, TRUE_INCLINATION
+from khr_common.interfaces import GYRO, JOINT_STATES, STAGE, TRUE_INCLINATION
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
 from khr_description.robot import Robot
@@ -32,7 +33,7 @@ from khr_sim.physics.camera import Camera
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 
-POSES = (*OBSERVED, JOINT_STATES, TRUE_INCLINATION, GYRO)
+POSES = (*OBSERVED, JOINT_STATES, TRUE_INCLINATION, GYRO, STAGE, *controllers().values())
 SCENARIO_FILES = ('.yaml', '.yml')
 HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
 AHEAD = 0.02  # m, of the feet
@@ -60,11 +61,13 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One sample of a run: the truth, the gyro's pitch rate in rad/s, the outcome so far."""
+    """One sample of a run."""
 
     truth: GroundTruth
-    pitch_rate: float
-    outcome: Outcome
+    pitch_rate: float  # that the gyro reads, rad/s
+    outcome: Outcome  # so far
+    corrections: Sequence[float] = ()  # of each controller of the scenario, rad
+    stage: Sequence[float] = ()  # numbers of the topic stage
 
     @property
     def time(self) -> float:
@@ -102,7 +105,8 @@ def frames(
     kept: list[Frame] = []
 
     def keep(truth: GroundTruth, loop: ControlLoop, outcome: Outcome) -> None:
-        kept.append(Frame(truth, loop.pitch_rate, outcome))
+        stage = loop.signals.get(STAGE, ())
+        kept.append(Frame(truth, loop.pitch_rate, outcome, loop.corrections, stage))
         show(kept[-1].time)
 
     result = run_offline(scenario, keep)
@@ -153,15 +157,18 @@ def recorded_frames(run: RecordedRun) -> list[Frame]:
     Raises:
         KhrError: if the bag cannot be read, or lacks the poses.
     """
+    controls = run.parameters.corrections.values()
     tracks = {topic: Track.of(run.messages[topic]) for topic in run.messages if topic in POSES}
     stamps, outcomes = judge(tracks, run.parameters.table(MonitorParameters))
     if not outcomes:
         raise KhrError(f'{run.path}: no poses of the robot in it; {ACCEPTED}')
     found = []
     for number, (stamp_ns, outcome) in enumerate(zip(stamps.tolist(), outcomes, strict=True)):
-        signals = {topic: track.at(stamp_ns) for topic, track in tracks.items()}
+        signals = {topic: each.at(stamp_ns) for topic, each in tracks.items() if len(each.stamps)}
         rate = signals[GYRO][1] if GYRO in signals else nan
-        found.append(Frame(GroundTruth.of_signals(number, stamp_ns, signals), rate, outcome))
+        corrections = [signals[topic][0] if topic in signals else nan for topic in controls]
+        truth = GroundTruth.of_signals(number, stamp_ns, signals)
+        found.append(Frame(truth, rate, outcome, corrections, signals.get(STAGE, ())))
     return found
 
 
