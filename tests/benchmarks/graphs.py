@@ -65,9 +65,10 @@ def plain(motors=False):
     with them it holds the initial angles by position control.
     """
     joints, torques, end = twin_torques()
-    plant = Plant(SHORT.table(RunParameters))
-    plant.start(ControlLoop(SHORT).reference(0.0))
-    body, client = plant.world.engine.body, plant.world.engine.client
+    plant = Plant([SHORT.table(RunParameters)])
+    plant.start([ControlLoop(SHORT).reference(0.0)])
+    (robot,) = plant.world.engine.bodies
+    body, client = robot.body, robot.client
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
     control = bullet.POSITION_CONTROL if motors else bullet.TORQUE_CONTROL
     key = 'targetPositions' if motors else 'forces'
@@ -81,7 +82,7 @@ def plain(motors=False):
     spent = clocks() - began
     plant.close()
     assert motors or [state[0] for state in states] == end
-    return speeds(len(torques) * plant.parameters.physics_step, spent)
+    return speeds(len(torques) * plant.parameters[0].physics_step, spent)
 
 
 def steps():

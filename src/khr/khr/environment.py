@@ -167,9 +167,9 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         gait = self.scenario.table(GaitParameters)
         self._turn = tau / gait.cycle_period if gait.cyclic else 0.0
         assert self._plant is not None
-        period = self._plant.parameters.control_period
+        period = self._plant.parameters[0].control_period
         self._worth = [weight * period for weight in self.weights.values()]
-        self._truth = self._plant.start(self._loop.reference(0.0))
+        (self._truth,) = self._plant.start([self._loop.reference(0.0)])
         self._loop.observe(self._truth)
         return self._observation(), self._info()
 
@@ -189,8 +189,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             dict.fromkeys(topic.names, ACTION_SCALE * share)
             for topic, share in zip(CORRECTIONS, self._action, strict=True)
         ]
-        self._plant.answer(mix(self._loop.signals[JOINT_REFERENCE], corrections))
-        self._truth = self._plant.advance()
+        self._plant.answer([mix(self._loop.signals[JOINT_REFERENCE], corrections)])
+        (self._truth,) = self._plant.advance()
         outcome = self._loop.observe(self._truth)
         end = self._plant.end
         lost = not outcome.stayed_up or end == 'tilted'
@@ -257,11 +257,11 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     def _begin(self, scenario: Scenario) -> None:
         """Take the scenario of an episode; keep the world if it differs by its seed at most."""
         parameters, self.scenario = scenario.table(RunParameters), scenario
-        if self._plant is not None and self._plant.reseed(parameters):
+        if self._plant is not None and self._plant.reseed([parameters]):
             return
         if self._plant is not None:
             self._plant.close()
-        self._plant = Plant(parameters)
+        self._plant = Plant([parameters])
 
     def _observation(self) -> Observation:
         turned = self._turn * self._truth.stamp_ns * 1e-9

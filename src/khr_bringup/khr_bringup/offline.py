@@ -144,7 +144,7 @@ def run_offline(
     """
     began = time.monotonic()
     parameters = replace(scenario.table(RunParameters), duration=duration(scenario))
-    plant = Plant(parameters)
+    plant = Plant([parameters])
     try:
         return _run(scenario, plant, ControlLoop(scenario), watch, changes, began)
     finally:
@@ -176,15 +176,15 @@ def _run(
         for node in {each.node for each in made}:
             if node == SIMULATOR:
                 table = now.table(RunParameters)
-                plant.configure(replace(table, duration=plant.parameters.duration))
+                plant.configure([replace(table, duration=plant.parameters[0].duration)])
             loop.configure(node, now)
 
     change(BEFORE)
     _set_imports_aside()
     started = time.monotonic()
-    truth = plant.start(loop.reference(0.0))
+    (truth,) = plant.start([loop.reference(0.0)])
     while True:
-        plant.answer(loop.answer(truth))
+        plant.answer([loop.answer(truth)])
         assert loop.outcome is not None
         if watch is not None:
             watch(truth, loop, loop.outcome)
@@ -199,7 +199,7 @@ def _run(
                 wall_time=time.monotonic() - started,
             )
         change(truth.stamp_ns)
-        truth = plant.advance()
+        (truth,) = plant.advance()
 
 
 @cache

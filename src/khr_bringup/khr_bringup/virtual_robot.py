@@ -53,7 +53,8 @@ class SimulatedRobot:
         self._map = joint_map
         parameters = scenario.table(RunParameters)
         # The board has the delay: its targets act at once here.
-        self._plant = Plant(replace(parameters, control_delay=0, duration=0.0))
+        self._plant = Plant([replace(parameters, control_delay=0, duration=0.0)])
+        (self._body,) = self._plant.world.bodies
         self._loop = ControlLoop(scenario, SENSORS)
         self._stretch = stretches(parameters)
         self._set: tuple[list[float], list[bool]] | None = None
@@ -77,12 +78,12 @@ class SimulatedRobot:
     @property
     def truth(self) -> GroundTruth:
         """Return the true state of the robot on the ground."""
-        return self._plant.truth
+        return self._plant.truths[0]
 
     @property
     def time(self) -> float:
         """Return the time since the robot was put on the ground, s."""
-        return self._plant.truth.stamp_ns / 1e9 if self.on_ground else 0.0
+        return self.truth.stamp_ns / 1e9 if self.on_ground else 0.0
 
     def close(self) -> None:
         """Release the physics engine."""
@@ -90,7 +91,7 @@ class SimulatedRobot:
 
     def measure(self) -> Mapping[int, int]:
         """Return the position that each servo measures, by ICS number, trim included."""
-        angles = self._plant.world.potentiometers if self.on_ground else self._angles
+        angles = self._body.potentiometers if self.on_ground else self._angles
         return {
             servo.ics: servo.counts(angle) + servo.trim
             for servo, angle in zip(self._map.servos.values(), angles, strict=True)
@@ -124,9 +125,14 @@ class SimulatedRobot:
             self._put_down()
             return
         self._set_servos()
-        free = self._plant.world.potentiometers
+        free = self._body.potentiometers
         self._plant.answer(
-            [own if goal is None else goal for goal, own in zip(self._targets, free, strict=True)]
+            [
+                [
+                    own if goal is None else goal
+                    for goal, own in zip(self._targets, free, strict=True)
+                ]
+            ]
         )
         self._plant.advance()
         self._observe()
@@ -139,7 +145,7 @@ class SimulatedRobot:
 
     def _put_down(self) -> None:
         self._set_servos()
-        self._plant.start([goal or 0.0 for goal in self._targets])
+        self._plant.start([[goal or 0.0 for goal in self._targets]])
         self._observe()
         self.on_ground = True  # last: other threads ask for its time and servos
 
@@ -160,11 +166,11 @@ class SimulatedRobot:
         wanted = (self._stretch.tolist(), [goal is None for goal in self._targets])
         if wanted != self._set:
             self._set = wanted
-            self._plant.world.set_servos(self._stretch.copy(), np.array(wanted[1]))
+            self._body.set_servos(self._stretch.copy(), np.array(wanted[1]))
 
     def _observe(self) -> None:
         """Update the sensors and the outcome from the truth."""
-        self._loop.observe(self._plant.truth)
+        self._loop.observe(self.truth)
         signals = self._loop.signals
         self.pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
         if self._map.gyro:

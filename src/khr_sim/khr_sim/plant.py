@@ -1,4 +1,4 @@
-"""The controlled plant: the world behind the delay of the board, with its trajectory hash.
+"""The controlled plant: the world behind the delay of the boards, with its trajectory hash.
 
 The simulator node, a run without ROS and the Gymnasium environment share this class, so that all
 give the same trajectory.
@@ -16,6 +16,7 @@ from khr_common.arithmetic import warn_unless_portable
 from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
 from khr_description.robot import JOINTS
+from khr_sim.physics.body import Start
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.physics.world import World
@@ -47,57 +48,67 @@ class Plant:
     """A world with control delay, end conditions and a hash of its trajectory.
 
     Answers are passed in the order of the samples; each acts ``control_delay`` periods after its
-    sample. Until the first one acts the board holds the initial posture.
+    sample. Until the first one acts the boards hold the initial postures.
+
+    Args:
+        parameters: of each robot; those of the first are of the run as well.
+        starts: where each robot starts.
     """
 
-    def __init__(self, parameters: RunParameters) -> None:
-        self.parameters = parameters
-        self._timed = [Push.parse(text) for text in parameters.pushes if text]
-        self.world = World(parameters)
+    def __init__(
+        self, parameters: Sequence[RunParameters], starts: Sequence[Start] = (Start(),)
+    ) -> None:
+        self.parameters = list(parameters)
+        self._timed = [[Push.parse(text) for text in p.pushes if text] for p in parameters]
+        self.world = World(parameters, starts)
         warn_unless_portable()
         self._hash = hashlib.sha256()
-        self._end_ns = round(parameters.duration * 1e9) or None
-        self._due: deque[Sequence[float]] = deque()  # targets of the coming periods, rad
-        self.truth: GroundTruth
+        self._end_ns = round(parameters[0].duration * 1e9) or None
+        self._due: deque[Sequence[Sequence[float]]] = deque()  # targets of the coming periods, rad
+        self.truths: list[GroundTruth]
 
-    def start(self, posture: Sequence[float]) -> GroundTruth:
-        """Put the robot on the ground in ``posture``, 17 joint angles in rad, at time zero."""
+    def start(self, postures: Sequence[Sequence[float]]) -> list[GroundTruth]:
+        """Put the robots on the ground in their postures, 17 angles in rad each, at time zero."""
         self._hash = hashlib.sha256()
-        self._due = deque([posture] * self.parameters.control_delay)
-        truth = self._take(self.world.reset(posture))
-        for push in self._timed:
-            self.world.push(push)
-        return truth
+        self._due = deque([postures] * self.parameters[0].control_delay)
+        truths = self._take(self.world.reset(postures))
+        for number, pushes in enumerate(self._timed):
+            for push in pushes:
+                self.world.push(push, number)
+        return truths
 
-    def answer(self, target: Sequence[float]) -> None:
-        """Queue the answer to the next sample: 17 joint angles in rad."""
-        self._due.append(target)
+    def answer(self, targets: Sequence[Sequence[float]]) -> None:
+        """Queue the answer to the next sample: 17 joint angles in rad of each robot."""
+        self._due.append(targets)
 
     @property
     def ready(self) -> bool:
         """Return whether the answer for the next period is queued."""
         return bool(self._due)
 
-    def advance(self) -> GroundTruth:
+    def advance(self) -> list[GroundTruth]:
         """Simulate one control period towards the next queued answer.
 
         Raises:
-            KhrError: if the answer is missing, or is not 17 finite numbers.
+            KhrError: if the answer is missing, or is not 17 finite numbers of each robot.
         """
         if not self._due:
             raise KhrError('answer: missing; accepted: one to each sample, before it acts')
         return self._take(self.world.advance(self._due.popleft()))
 
-    def configure(self, parameters: RunParameters) -> None:
-        """Apply changed parameters."""
-        self.parameters = parameters
+    def configure(self, parameters: Sequence[RunParameters]) -> None:
+        """Apply changed parameters of each robot."""
+        self.parameters = list(parameters)
         self.world.configure(parameters)
 
-    def reseed(self, parameters: RunParameters) -> bool:
-        """Apply parameters for the next start and return True if only the seed differs."""
-        if replace(parameters, seed=self.parameters.seed) != self.parameters:
+    def reseed(self, parameters: Sequence[RunParameters]) -> bool:
+        """Apply parameters for the next start and return True if only the seeds differ."""
+        pairs = [*zip(self.parameters, parameters, strict=True)]
+        if any(replace(new, seed=old.seed) != old for old, new in pairs):
             return False
-        self.parameters = self.world.parameters = parameters
+        self.parameters = list(parameters)
+        for body, own in zip(self.world.bodies, parameters, strict=True):
+            body.parameters = own
         return True
 
     def close(self) -> None:
@@ -107,18 +118,23 @@ class Plant:
     @property
     def end(self) -> str:
         """Return the end of the run, ``tilted`` or ``duration``; empty while it runs."""
-        if self.truth.tilt > radians(self.parameters.stop_when_tilted_deg):
-            return 'tilted'
-        if self._end_ns is not None and self.truth.stamp_ns >= self._end_ns:
+        for truth, own in zip(self.truths, self.parameters, strict=True):
+            if truth.tilt > radians(own.stop_when_tilted_deg):
+                return 'tilted'
+        if self._end_ns is not None and self.truths[0].stamp_ns >= self._end_ns:
             return 'duration'
         return ''
 
     @property
     def trajectory_hash(self) -> str:
-        """Return the SHA-256 of the records of all samples so far, in hex."""
+        """Return the SHA-256 of the records of all samples so far, in hex.
+
+        The records of a sample follow one another in the order of the robots.
+        """
         return self._hash.hexdigest()
 
-    def _take(self, truth: GroundTruth) -> GroundTruth:
-        self.truth = truth
-        self._hash.update(truth.record())
-        return truth
+    def _take(self, truths: list[GroundTruth]) -> list[GroundTruth]:
+        self.truths = truths
+        for truth in truths:
+            self._hash.update(truth.record())
+        return truths

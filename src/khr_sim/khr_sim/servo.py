@@ -81,6 +81,21 @@ def law(servos: Array, constants: Array) -> None:
         servos[ANGLE, i], servos[RATE, i] = angle + h * rate, rate
 
 
+class Tables(NamedTuple):
+    """What the compiled periods of an engine read and write, a row for each robot."""
+
+    servos: Array  # arguments of :func:`law`, (n, 13, 17) and (n, 8)
+    constants: Array
+    forces: Array  # sums of the forces of the ground on toes and heels, N, (n, 4, 3)
+
+    @classmethod
+    def of(cls, robots: int) -> Tables:
+        """Return the tables of a number of robots, all zero."""
+        return cls(
+            np.zeros((robots, *SHAPE)), np.zeros((robots, *CONSTANTS)), np.zeros((robots, 4, 3))
+        )
+
+
 class PositionLoop(NamedTuple):
     """Gains of the position loop, at the output shaft."""
 
@@ -95,6 +110,7 @@ class Servos:
     Args:
         parameters: of the simulator.
         carried: inertia of the links outward of each joint, kg m^2, (17,).
+        table, constants: rows of the :class:`Tables` of all robots; arrays of its own by default.
 
     Attributes:
         table, constants: arguments of :func:`law`.
@@ -102,9 +118,16 @@ class Servos:
         torque: row of the table with the torques, N m, (17,).
     """
 
-    def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
+    def __init__(
+        self,
+        parameters: SimulatorParameters,
+        carried: Array,
+        table: Array | None = None,
+        constants: Array | None = None,
+    ) -> None:
         self._carried = carried
-        self.table, self.constants = np.zeros(SHAPE), np.zeros(CONSTANTS)
+        self.table = np.zeros(SHAPE) if table is None else table
+        self.constants = np.zeros(CONSTANTS) if constants is None else constants
         self.state: Array = self.table[: COMMAND + 1]
         self.torque: Array = self.table[TORQUE]
         self._inputs = [self.table[row].data for row in (GOAL, POSITION, VELOCITY)]

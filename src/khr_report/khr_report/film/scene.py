@@ -183,7 +183,8 @@ class PosedScene:
 
     def picture(self, truth: GroundTruth, camera: Camera) -> Image.Image:
         """Return a picture of the robot with its shadow."""
-        self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
+        (body,) = self._scene.bodies
+        body.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)
         colors, slope = self._scene.picture(camera)
         image = Image.fromarray(colors)

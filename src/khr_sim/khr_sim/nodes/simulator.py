@@ -52,7 +52,7 @@ class SimulatorNode(KhrNode):
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
-        self.plant = Plant(self.parameters)
+        self.plant = Plant([self.parameters])
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publisher(STATE)
         self._latency = Latency()
@@ -86,7 +86,7 @@ class SimulatorNode(KhrNode):
 
     def configure(self, parameters: RunParameters) -> None:
         """Apply changed parameters from the next control period on."""
-        self.plant.configure(parameters)
+        self.plant.configure([parameters])
         self._metronome.configure(parameters)
 
     @property
@@ -112,7 +112,8 @@ class SimulatorNode(KhrNode):
 
     def _begin(self, posture: Sequence[float]) -> None:
         self._started = True
-        self._output.publish(self.plant.start(posture))
+        (truth,) = self.plant.start([posture])
+        self._output.publish(truth)
 
     def _pump(self) -> None:
         """Simulate as many periods as the answers allow."""
@@ -146,10 +147,10 @@ class SimulatorNode(KhrNode):
             for source in self._sources
             if source != GAIT and source in answers
         ]
-        self.plant.answer(mix(reference, corrections))
+        self.plant.answer([mix(reference, corrections)])
 
     def _advance(self) -> None:
-        truth = self.plant.advance()
+        (truth,) = self.plant.advance()
         self.now_ns = truth.stamp_ns
         self._lockstep.barrier.open(self.now_ns)
         self._lockstep.reported()

@@ -23,6 +23,7 @@ Contact = tuple[Any, ...]  # of robot and ground, a contact point of PyBullet
 NORMAL, ALONG, ACROSS = 7, 11, 13  # indices of the directions of its three forces
 
 SIDES = ('l', 'r')
+FRICTION = 0.3  # between robots: plastic on aluminium (assumed)
 HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads across it, m
 CORNER_RADIUS = 0.002  # of the rim, m
 SPHERES = 4
@@ -36,11 +37,41 @@ def corners(parameters: SimulatorParameters, robot: Robot) -> Array:
     return np.array([(x, y, 0.0) for x in (toe, heel) for y in (HALF_WIDTH, -HALF_WIDTH)])
 
 
-def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
-    """Return the URDF for the physics engine.
+def bumpers(robot: Robot) -> dict[str, tuple[Array, Array]]:
+    """Return the boxes that meet other robots only: centre and size in m, by link.
+
+    They bound the visible boxes of head, shoulders and legs, and the feet above their
+    contact spheres. Torso and arms have boxes that meet the ground too.
+    """
+    found = {}
+    for link in robot.xml.iter('link'):
+        name = link.attrib['name']
+        own = 'collision' if name.endswith('_foot') else 'visual'
+        boxes = [
+            (_numbers(each, 'origin', 'xyz'), _numbers(each, 'geometry/box', 'size'))
+            for each in link.findall(own)
+            if each.find('geometry/box') is not None
+        ]
+        if boxes and (own == 'collision' or link.find('collision') is None):
+            low = np.min([center - size / 2.0 for center, size in boxes], axis=0)
+            high = np.max([center + size / 2.0 for center, size in boxes], axis=0)
+            if own == 'collision':
+                low[2] += CORNER_RADIUS
+            found[name] = (low + high) / 2.0, high - low
+    return found
+
+
+def _numbers(element: ElementTree.Element, path: str, name: str) -> Array:
+    found = element.find(path)
+    assert found is not None
+    return np.array([float(number) for number in found.attrib[name].split()])
+
+
+def physics_urdf(parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> str:
+    """Return the URDF for the physics engine, of each of some robots.
 
     Massless frames are dropped, as PyBullet would give them a mass of 1 kg, and the feet get
-    contact spheres at their corners.
+    contact spheres at their corners. Several robots have the :func:`bumpers`.
     """
     root = ElementTree.fromstring(robot.urdf)
     for element in list(root):
@@ -59,6 +90,13 @@ def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
             ElementTree.SubElement(collision, 'origin', xyz=f'{x:.6f} {y:.6f} {z:.6f}')
             geometry = ElementTree.SubElement(collision, 'geometry')
             ElementTree.SubElement(geometry, 'sphere', radius=str(CORNER_RADIUS))
+    for name, (center, size) in bumpers(robot).items() if robots > 1 else ():
+        link = root.find(f"link[@name='{name}']")
+        assert link is not None
+        collision = ElementTree.SubElement(link, 'collision')
+        ElementTree.SubElement(collision, 'origin', xyz=' '.join(map('{:.6f}'.format, center)))
+        geometry = ElementTree.SubElement(collision, 'geometry')
+        ElementTree.SubElement(geometry, 'box', size=' '.join(map('{:.6f}'.format, size)))
     return ElementTree.tostring(root, encoding='unicode')
 
 
@@ -70,21 +108,23 @@ class ContactForces:
     the axis. All contacts share the normal of the ground, and the engine derives both friction
     directions from it.
 
-    An engine either adds its contacts step by step, or counts ``steps`` and sums the forces
-    ``in_odom`` itself.
+    An engine either adds its contacts step by step, or counts ``steps`` and sums the forces in
+    odom itself.
 
     Args:
         feet: indices of the left and right foot in the engine.
         soles: poses of l_sole and r_sole at the start of the period.
+        in_odom: receives the sums of the forces over the steps, N, rows l_toe, l_heel, r_toe,
+            r_heel, (4, 3).
 
     Attributes:
         steps: physics steps of the period so far.
-        in_odom: sums of the forces over the steps, N, rows l_toe, l_heel, r_toe, r_heel, (4, 3).
     """
 
-    def __init__(self, feet: Sequence[int], soles: Sequence[Pose]) -> None:
+    def __init__(self, feet: Sequence[int], soles: Sequence[Pose], in_odom: Array) -> None:
         self.steps = 0
-        self.in_odom = np.zeros((4, 3))
+        self._in_odom = in_odom
+        in_odom[:] = 0.0
         self._last: Contact | None = None  # of a foot
         self._impulses = [
             [0.0, 0.0, 0.0] for _ in range(4)
@@ -124,7 +164,7 @@ class ContactForces:
         Args:
             soles: poses of l_sole and r_sole at the end of the period.
         """
-        sums = self.in_odom.tolist()
+        sums = self._in_odom.tolist()
         if self._last is not None:
             directions = (self._last[NORMAL], self._last[ALONG], self._last[ACROSS])
             axes = tuple(zip(*directions, strict=True))

@@ -122,19 +122,19 @@ def _rates(
 ) -> NDArray[np.float64]:
     """Return the rate that the gyro reads in each period while angles are added to the joints."""
     duration = (len(added) - 1) * parameters.control_period
-    plant = Plant(replace(parameters, duration=duration))
+    plant = Plant([replace(parameters, duration=duration)])
     rates: list[float] = []
     try:
-        truth = plant.start(loop.reference(0.0))
+        (truth,) = plant.start([loop.reference(0.0)])
         for angle in added.tolist():
             target = loop.answer(truth)
             rates.append(loop.pitch_rate)
             if loop.outcome is not None and loop.outcome.fell:
                 break
-            plant.answer(mix(target, [dict.fromkeys(joints, angle)]))
+            plant.answer([mix(target, [dict.fromkeys(joints, angle)])])
             if plant.end:
                 break
-            truth = plant.advance()
+            (truth,) = plant.advance()
     finally:
         plant.close()
     return np.array(rates)

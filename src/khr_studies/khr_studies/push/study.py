@@ -151,9 +151,9 @@ def _stance(
         )
         lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))
         posture = tuple(mix(posture, [lean]))
-    plant = Plant(simulator)
+    plant = Plant([simulator])
     try:
-        truth = plant.start(posture)
+        (truth,) = plant.start([posture])
     finally:
         plant.close()
     robot = _robot()

@@ -17,10 +17,10 @@ from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.physics.world import World
 from khr_sim.servo import Servos, law
 from tests.fakes.postures import STANCE
 from tests.support.mechanics import momenta, motions
+from tests.support.one_robot import World
 
 PERIOD = 0.015
 STIFF = {f'stretch_{joint}': 127 for joint in ('hip', 'knee', 'ankle_pitch', 'ankle_roll')}
@@ -148,7 +148,7 @@ COMPILATIONS = """
 import sys
 from numba.core.dispatcher import Dispatcher
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.world import World
+from tests.support.one_robot import World
 
 compile_for_args, compiled = Dispatcher._compile_for_args, []
 Dispatcher._compile_for_args = lambda self, *arguments: (
@@ -203,7 +203,7 @@ def test_a_picture_shows_the_robot_where_it_is_put():
     painter.reset(0.0)
     pictures = []
     for x in (0.0, 0.1):
-        painter.place(np.array((x, 0.0, 0.23)), matrix(pitched(0.1)), STANCE)
+        painter.bodies[0].place(np.array((x, 0.0, 0.23)), matrix(pitched(0.1)), STANCE)
         pictures.append(painter.picture(Camera(64, 48, (0.0, 0.0, 0.2))).colors)
     painter.close()
     assert pictures[0].shape == (48, 64, 3)

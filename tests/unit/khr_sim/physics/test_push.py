@@ -9,9 +9,9 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.physics.world import World
 from tests.fakes.postures import STANCE
 from tests.support.mechanics import momenta, motions
+from tests.support.one_robot import World
 
 
 def test_reads_a_scenario_line():

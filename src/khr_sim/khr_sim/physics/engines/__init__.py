@@ -16,8 +16,8 @@ INSTALLED_BY = {'bullet': 'make bullet', 'mujoco': "pip install 'mujoco<4'"}
 DEFAULT = SimulatorParameters().engine  # if a scenario names no engine
 
 
-def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
-    """Return the engine named by the parameters; its library is imported here.
+def create(parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> Engine:
+    """Return the engine named by the parameters, with some robots; its library is imported here.
 
     Raises:
         KhrError: if the library is not installed, or its window has no screen.
@@ -31,10 +31,10 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
     if parameters.engine == 'bullet':
         from khr_sim.physics.engines.bullet import Bullet
 
-        return Bullet(parameters, robot)
+        return Bullet(parameters, robot, robots)
     from khr_sim.physics.engines.mujoco import MuJoCo
 
-    return MuJoCo(parameters, robot)
+    return MuJoCo(parameters, robot, robots)
 
 
 def check_installed(engine: str) -> None:
@@ -51,7 +51,7 @@ def check_installed(engine: str) -> None:
         )
 
 
-def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
+def painter(parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> Painter:
     """Return the renderer of both engines, PyBullet in software, which needs no graphics driver.
 
     Raises:
@@ -60,4 +60,4 @@ def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
     check_installed('bullet')
     from khr_sim.physics.engines.bullet_scene import BulletScene
 
-    return BulletScene(replace(parameters, gui=False), robot)
+    return BulletScene(replace(parameters, gui=False), robot, robots)

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 from khr_common.maths.rotation import Array, Vector
 from khr_sim.physics.camera import Camera, Picture
 from khr_sim.physics.contact import ContactForces, Pose
-from khr_sim.servo import Servos
+from khr_sim.servo import Servos, Tables
 
 
 class Motion(NamedTuple):
@@ -20,11 +20,10 @@ class Motion(NamedTuple):
     angular_velocity: Vector
 
 
-class Scene(Protocol):
-    """One robot on one plane through the origin of odom."""
+class View(Protocol):
+    """One robot of a scene."""
 
-    def reset(self, inclination: float) -> None:
-        """Restart on ground inclined by an angle in rad."""
+    links: Mapping[str, int]  # index in the engine of each link with mass, by name
 
     def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
         """Place the robot at rest.
@@ -34,6 +33,29 @@ class Scene(Protocol):
             rotation: of base_link in odom, (3, 3).
             posture: 17 joint angles in rad.
         """
+
+    def push(self, link: int, force: Array, point: Array) -> None:
+        """Apply a force in N at a point in m, both (3,) in odom, during the next step only."""
+
+    def base(self) -> Motion:
+        """Return the motion of base_link."""
+
+    def joints(self) -> tuple[Array, Array]:
+        """Return the joint angles in rad and the joint speeds in rad/s, both (17,)."""
+
+    def poses(self, links: Sequence[int]) -> list[Pose]:
+        """Return the poses of links other than the torso."""
+
+
+class Scene(Protocol):
+    """Robots on one plane through the origin of odom."""
+
+    @property
+    def bodies(self) -> Sequence[View]:
+        """Return each robot, after the last ``reset``."""
+
+    def reset(self, inclination: float) -> None:
+        """Restart on ground inclined by an angle in rad."""
 
     def tilt_ground(self, inclination: float) -> None:
         """Incline the ground about the origin by an angle in rad."""
@@ -53,32 +75,26 @@ class Engine(Scene, Protocol):
     """A scene with physics.
 
     The feet collide with the ground by spheres, torso and arms by boxes; there are no
-    self-collisions. Only the servos damp or brake the joints. After ``reset`` and ``place`` the
-    same steps give equal results bit for bit.
+    self-collisions. Robots collide with one another by boxes of all links. Only the servos damp
+    or brake the joints. After ``reset`` and ``place`` the same steps give equal results bit for
+    bit.
     """
 
-    links: Mapping[str, int]  # index in the engine of each link with mass, by name
-
     def set_friction(self, coefficient: float) -> None:
-        """Set the friction coefficient between robot and ground."""
+        """Set the friction coefficient between robots and ground."""
 
-    def push(self, link: int, force: Array, point: Array) -> None:
-        """Apply a force in N at a point in m, both (3,) in odom, during the next step only."""
-
-    def run(self, commands: Array, servos: Servos, forces: ContactForces) -> Sequence[float]:
-        """Advance one step per row of ``commands``; return the last torques of the servos.
+    def run(
+        self,
+        commands: Array,
+        tables: Tables,
+        servos: Sequence[Servos],
+        forces: Sequence[ContactForces],
+    ) -> None:
+        """Advance one step per row of ``commands``.
 
         Args:
-            commands: angles commanded by the board in each step, rad, (steps, 17).
-            servos: compute torques from commands and joint states.
-            forces: accumulates the contact forces of robot and ground after each step.
+            commands: angles commanded by the boards in each step, rad, (steps, robots, 17).
+            tables: of servos and contact forces, whose rows servos and forces have.
+            servos: of each robot; compute torques from commands and joint states.
+            forces: of each robot; accumulate the forces of the ground after each step.
         """
-
-    def base(self) -> Motion:
-        """Return the motion of base_link."""
-
-    def joints(self) -> tuple[Array, Array]:
-        """Return the joint angles in rad and the joint speeds in rad/s, both (17,)."""
-
-    def poses(self, links: Sequence[int]) -> list[Pose]:
-        """Return the poses of links other than the torso."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from math import sqrt
 from operator import itemgetter
 from pathlib import Path
 from struct import Struct
@@ -15,10 +16,10 @@ from khr_common.interfaces import TORSO
 from khr_common.maths.rotation import Array, applied, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.contact import ContactForces, Pose, physics_urdf
+from khr_sim.physics.contact import FRICTION, ContactForces, Pose, bumpers, physics_urdf
 from khr_sim.physics.engines.base import Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.servo import Servos
+from khr_sim.servo import Servos, Tables
 
 # The import prints a line on standard error, from C.
 _kept = os.dup(2)
@@ -42,47 +43,19 @@ _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
 _ANY_LINK = -2
 
 
-class Bullet:
-    """Simulate the robot in its own physics client.
+class BulletBody:
+    """One robot in a physics client, loaded from the file of its URDF."""
 
-    A reset reloads everything, so that runs after it are equal bit for bit.
-    """
-
-    def __init__(self, parameters: SimulatorParameters, robot: Robot) -> None:
-        self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
-        self._parameters = parameters
-        self._urdf = physics_urdf(parameters, robot)
+    def __init__(self, client: int, file: Path, robot: Robot) -> None:
+        self.client = client
+        self.body = bullet.loadURDF(
+            str(file), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+        )
         self._torso_center = robot.links[TORSO].center_of_mass
         self._torso_arm = self._torso_center.tolist()
         joints = np.zeros((2, len(JOINTS)))
-        self._position, self._velocity = joints
+        self.position, self.velocity = joints
         self._joints = joints.reshape(-1).data
-
-    def reset(self, inclination: float) -> None:
-        """Restart on ground inclined by an angle in rad."""
-        client, p = self.client, self._parameters
-        bullet.resetSimulation(
-            physicsClientId=client
-        )  # the first positional argument is another one
-        bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
-        bullet.setPhysicsEngineParameter(
-            fixedTimeStep=p.physics_step,
-            numSolverIterations=p.solver_iterations,
-            numSubSteps=0,
-            deterministicOverlappingPairs=1,
-            enableFileCaching=0,  # the cache would grow with each loaded robot
-            physicsClientId=client,
-        )
-        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        self.ground = bullet.createMultiBody(
-            0.0, plane, baseOrientation=pitched(inclination), physicsClientId=client
-        )
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / 'robot.urdf'
-            path.write_text(self._urdf)
-            self.body = bullet.loadURDF(
-                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
-            )
         infos = [
             bullet.getJointInfo(self.body, index, client)
             for index in range(bullet.getNumJoints(self.body, client))
@@ -119,43 +92,13 @@ class Bullet:
         )
         for joint, angle in zip(self.joint_numbers, posture, strict=True):
             bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
-        self._read_joints()
-
-    def tilt_ground(self, inclination: float) -> None:
-        """Incline the ground about the origin by an angle in rad."""
-        bullet.resetBasePositionAndOrientation(
-            self.ground, (0.0, 0.0, 0.0), pitched(inclination), self.client
-        )
-
-    def set_friction(self, coefficient: float) -> None:
-        """Set the friction coefficient between robot and ground."""
-        bullet.changeDynamics(
-            self.ground, -1, lateralFriction=coefficient, physicsClientId=self.client
-        )
-        for link in self.links.values():  # the engine multiplies the two coefficients
-            bullet.changeDynamics(
-                self.body, link, lateralFriction=1.0, physicsClientId=self.client
-            )
+        self.read_joints()
 
     def push(self, link: int, force: Array, point: Array) -> None:
         """Apply a force in N at a point in m, both in odom, during the next step only."""
         bullet.applyExternalForce(
             self.body, link, force.tolist(), point.tolist(), bullet.WORLD_FRAME, self.client
         )
-
-    def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
-        """Advance one step per row of ``commands``; return the last torques of the servos."""
-        client, body, joints, ground = self.client, self.body, self.joint_numbers, self.ground
-        torques: list[float] = []
-        for command in commands:
-            torques = servos.update(command, self._position, self._velocity).tolist()
-            bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
-            )
-            bullet.stepSimulation(client)
-            forces.add(bullet.getContactPoints(body, ground, _ANY_LINK, _ANY_LINK, client))
-            self._read_joints()
-        return torques
 
     def base(self) -> Motion:
         """Return the motion of base_link, from the motion of the centre of mass in the engine."""
@@ -170,17 +113,101 @@ class Bullet:
 
     def joints(self) -> tuple[Array, Array]:
         """Return 17 joint angles in rad and 17 joint speeds in rad/s."""
-        return self._position, self._velocity
+        return self.position, self.velocity
 
     def poses(self, links: Sequence[int]) -> list[Pose]:
         """Return the poses of links other than the torso."""
         states = bullet.getLinkStates(self.body, links, 0, 1, self.client)
         return [*zip(map(_ORIGIN, states), map(_TURN, states), strict=True)]
 
+    def read_joints(self) -> None:
+        """Read the joint states after a step."""
+        states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
+        _pack(self._joints, 0, *map(_ANGLE, states), *map(_SPEED, states))
+
+
+class Bullet:
+    """Simulate robots in a physics client of their own.
+
+    A reset reloads everything, so that runs after it are equal bit for bit.
+    """
+
+    def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
+        self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
+        self._parameters, self._robot, self._robots = parameters, robot, robots
+        self._urdf = physics_urdf(parameters, robot, robots)
+        self.bodies: list[BulletBody] = []
+
+    def reset(self, inclination: float) -> None:
+        """Restart on ground inclined by an angle in rad."""
+        client, p = self.client, self._parameters
+        bullet.resetSimulation(
+            physicsClientId=client
+        )  # the first positional argument is another one
+        bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=p.physics_step,
+            numSolverIterations=p.solver_iterations,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,  # the cache would grow with each loaded robot
+            physicsClientId=client,
+        )
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        self.ground = bullet.createMultiBody(
+            0.0, plane, baseOrientation=pitched(inclination), physicsClientId=client
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / 'robot.urdf'
+            path.write_text(self._urdf)
+            self.bodies = [BulletBody(client, path, self._robot) for _ in range(self._robots)]
+        for body in self.bodies if self._robots > 1 else ():
+            for name in bumpers(self._robot):
+                if not name.endswith('_foot'):
+                    bullet.setCollisionFilterPair(
+                        body.body, self.ground, body.links[name], -1, 0, physicsClientId=client
+                    )
+
+    def tilt_ground(self, inclination: float) -> None:
+        """Incline the ground about the origin by an angle in rad."""
+        bullet.resetBasePositionAndOrientation(
+            self.ground, (0.0, 0.0, 0.0), pitched(inclination), self.client
+        )
+
+    def set_friction(self, coefficient: float) -> None:
+        """Set the friction coefficient between robots and ground."""
+        # The engine multiplies the two coefficients.
+        own = sqrt(FRICTION) if self._robots > 1 else 1.0
+        bullet.changeDynamics(
+            self.ground, -1, lateralFriction=coefficient / own, physicsClientId=self.client
+        )
+        for body in self.bodies:
+            for link in body.links.values():
+                bullet.changeDynamics(
+                    body.body, link, lateralFriction=own, physicsClientId=self.client
+                )
+
+    def run(
+        self, commands: Array, _: Tables, servos: Sequence[Servos], forces: Sequence[ContactForces]
+    ) -> None:
+        """Advance one step per row of ``commands``."""
+        client, ground = self.client, self.ground
+        robots = [*zip(self.bodies, servos, forces, strict=True)]
+        for row in commands:
+            for (body, own, _forces), command in zip(robots, row, strict=True):
+                torques = own.update(command, body.position, body.velocity).tolist()
+                bullet.setJointMotorControlArray(
+                    body.body,
+                    body.joint_numbers,
+                    bullet.TORQUE_CONTROL,
+                    forces=torques,
+                    physicsClientId=client,
+                )
+            bullet.stepSimulation(client)
+            for body, _own, met in robots:
+                met.add(bullet.getContactPoints(body.body, ground, _ANY_LINK, _ANY_LINK, client))
+                body.read_joints()
+
     def close(self) -> None:
         """Release the physics client."""
         bullet.disconnect(self.client)
-
-    def _read_joints(self) -> None:
-        states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        _pack(self._joints, 0, *map(_ANGLE, states), *map(_SPEED, states))
