@@ -24,6 +24,7 @@ from khr_common.text.quoting import one_line, quoted
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
+SHOWN = 5  # topics that an error lists
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,12 +179,20 @@ def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
         AmbiguousError: if there are several.
     """
     inside = f'/{namespace.strip("/")}/' if namespace.strip('/') else '/'
-    found = [each for each in topics if each.messages and each.name.startswith(inside)]
+    # the writers of rosbag2 accept names without the first slash
+    found = [
+        each for each in topics if each.messages and f'/{each.name.lstrip("/")}'.startswith(inside)
+    ]
     known = [each for each in found if each.kind in QUANTITIES]
     listed = ', '.join(f'--topic {each.name} ({each.kind})' for each in known)
     accepted = f'accepted: {listed or "a recording with a topic of " + ", ".join(QUANTITIES)}'
+    if not listed:
+        others = ', '.join(f'{each.name} ({each.kind})' for each in found[:SHOWN])
+        more = f' and {len(found) - SHOWN} more' if len(found) > SHOWN else ''
+        accepted += f'; this one has messages of {others}{more}' if found else '; it is empty'
     if name:
-        named = [each for each in found if each.name in (name, inside + name.strip('/'))]
+        wanted = (name, inside + name.strip('/'))
+        named = [each for each in found if each.name in wanted or f'/{each.name}' in wanted]
         if not named:
             raise KhrError(f'topic: {quoted(name)} has no messages; {accepted}')
         if named[0].kind not in QUANTITIES:
@@ -191,9 +200,7 @@ def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
         return named[0]
     gyros = [each for each in known if each.kind == IMU]
     if not gyros:
-        others = [each for each in found if each.name.endswith('/' + GYRO.name)]
-        beside = f' ({others[0].name} is of type {others[0].kind})' if others else ''
-        raise KhrError(f'topic: no topic of type {IMU}{beside}; {accepted}')
+        raise KhrError(f'topic: no topic of type {IMU}; {accepted}')
     raw = [each for each in gyros if each.name.endswith('/' + GYRO.name)]
     if len(gyros) > 1 and len(raw) != 1:
         several = ', '.join(f'--topic {each.name}' for each in gyros)

@@ -176,13 +176,27 @@ def test_the_raw_gyro_is_preferred_to_the_filtered_one(tmp_path):
     is_tone(write(tmp_path / 'bag', sorted(both, key=lambda made: made[0])))
 
 
+@pytest.mark.parametrize(
+    'asked', [{}, {'topic': 'a/imu'}, {'topic': '/a/imu'}, {'topic': 'imu', 'namespace': 'a'}]
+)
+def test_a_name_without_the_first_slash_is_found(tmp_path, asked):
+    is_tone(write(tmp_path / 'bag', tone(7.0, 50.0), topic='a/imu'), **asked)
+
+
 def test_another_type_is_never_read_as_an_imu(tmp_path):
     bag = write(tmp_path / 'bag', tone(7.0, 50.0, kind='WrenchStamped'), topic='/imu/data_raw')
-    with pytest.raises(KhrError, match=r'no topic of type .*data_raw is of type .*WrenchStamped'):
+    with pytest.raises(KhrError, match=r'no topic of type .*data_raw \(.*WrenchStamped'):
         read_channel(bag)
     text = [(EPOCH, TYPES['String']('text'))]
     with pytest.raises(KhrError, match='topic: /chatter is of type std_msgs/msg/String'):
         read_channel(write(tmp_path / 'text', text, topic='/chatter'), '/chatter')
+    many = [(EPOCH, TYPES['String']('text'), f'/chatter{n}') for n in range(7)]
+    with pytest.raises(
+        KhrError, match=r'messages of /chatter0 \(std_msgs/msg/String\).* and 2 more$'
+    ):
+        read_channel(write(tmp_path / 'many', many))
+    with pytest.raises(KhrError, match=r'it is empty$'):
+        read_channel(write(tmp_path / 'none', []))
 
 
 def test_an_axis_that_holds_nothing_is_named_with_those_that_do(tmp_path):
