@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from khr_balance.ankle import AnkleControllerParameters
 from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, number, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
+from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.run_table import write_table
 from khr_studies.third_stage.comparison import ModelComparison, ModelLoop
 from khr_studies.third_stage.figure import limits_figure, swing_figure
@@ -71,6 +73,7 @@ def page(plane: Plane, compared: ModelComparison, limits_plot: str, swing_plot: 
         with_rate=plane.limits(HIP_GAIN),
         worth=worth,
         nearest=_place(near.force_scale, near.time_constant),
+        default=_place(AnkleControllerParameters.force_scale, FootForceParameters.time_constant),
         limits=limits,
         met=all(abs(limit - own) <= WITHIN for limit, own in zip(limits, THESIS, strict=True)),
         checked=checks[at_near]['other_deg'].tolist(),
