@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -126,9 +126,13 @@ class PendingChanges:
         """Store the newest requested value."""
         self._next[key] = value
 
-    def due(self) -> Mapping[tuple[str, str], Value]:
-        """Return the values to send now, and mark them as sent."""
-        ready = {key: value for key, value in self._next.items() if key not in self._sent}
+    def due(self, nodes: Container[str]) -> Mapping[tuple[str, str], Value]:
+        """Return the values to send to these nodes now, and mark them as sent."""
+        ready = {
+            key: value
+            for key, value in self._next.items()
+            if key[0] in nodes and key not in self._sent
+        }
         self._sent |= ready
         self._next = {key: value for key, value in self._next.items() if key not in ready}
         return ready

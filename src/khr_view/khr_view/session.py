@@ -45,8 +45,13 @@ class Session:
         self.next = None
 
     def keep(self, node: str, name: str, value: Any) -> None:
-        """Keep a parameter that the reader has changed for the runs to come."""
+        """Keep a parameter that the reader has changed for the runs to come.
+
+        That holds for the next run too, if it has been requested already.
+        """
         self._changes[node, name] = value
+        if self.next is not None and node in (SIMULATOR, *self._base.nodes):
+            self._start(self._base, self._changes)
 
     def restart(self) -> None:
         """End the present run and start the same scenario again.

@@ -66,7 +66,8 @@ def test_the_newest_value_always_arrives_and_one_request_is_under_way_at_a_time(
     under_way, asked, arrived = False, None, None
     for step in [*steps, 'answer', 'send', 'answer']:
         if step == 'send':
-            due = pending.due()
+            assert not pending.due(nodes=())
+            due = pending.due(nodes={'node'})
             assert not (due and under_way)
             if due:
                 under_way, arrived = True, due[key]

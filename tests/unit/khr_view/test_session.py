@@ -28,6 +28,14 @@ def test_a_restart_keeps_all_changes_and_names_them(session):
     assert session.next.title == session.scenario.title and not session.next.driver
 
 
+def test_a_change_between_two_runs_holds_in_the_next_one(session):
+    session.restart()
+    session.keep('ankle_controller', 'gain', 18.0)
+    session.keep('roll_controller', 'gain', 3.0)  # which does not take part
+    session.advance()
+    assert session.scenario.of('ankle_controller')['gain'] == 18.0
+
+
 def test_the_next_seed_is_that_of_every_node(session):
     for seed in (1, 2):
         session.next_seed()

@@ -43,11 +43,15 @@ class Attempts:
         return next((each.ghost for each in self.kept if each.number == self.chosen), {})
 
     def add(self, run: LiveRun, traces: Traces) -> None:
-        """Keep a run that has ended, and choose it; a run that nobody looked at is not kept."""
+        """Keep a run that has ended; a run that nobody looked at is not kept.
+
+        It is chosen if the one before was; a choice of the reader stays.
+        """
         outcome = run.status.outcome
         if not isinstance(outcome, Outcome):
             return
-        number = self.kept[-1].number + 1 if self.kept else 1
+        latest = self.kept[-1].number if self.kept else 0
+        number = latest + 1
         slope = run.of('simulator').get('inclination_deg')
         cells = (
             gains_text(run.known_of_controllers()) or 'no control',
@@ -57,7 +61,8 @@ class Attempts:
             f'{degrees(outcome.vibration):.1f}',
         )
         self.kept = [*self.kept, Attempt(number, cells, traces.as_ghost())][-MOST:]
-        self.chosen = number
+        if self.chosen == latest:
+            self.chosen = number
 
     def choose(self, number: int) -> None:
         """Choose the ghost; the attempt chosen before is no longer shown."""

@@ -76,8 +76,8 @@ class RunClient:
         return True
 
     def send(self) -> None:
-        """Send the requested values."""
-        for key, value in self._pending.due().items():
+        """Send the requested values; those of a node that is still starting wait for it."""
+        for key, value in self._pending.due(self._asked).items():
             self._send(self._by_key[key], value)
 
     @property
@@ -107,6 +107,8 @@ class RunClient:
 
     def _on_values(self, tunables: Sequence[Tunable], descriptors: Any, values: Any) -> None:
         for each, descriptor, value in zip(tunables, descriptors, values, strict=True):
+            if each.key in self._pending:  # the reader changed it while the run started
+                continue
             found = control(each, descriptor, value_of(value))
             if found is not None and each.group:
                 self._found(found)

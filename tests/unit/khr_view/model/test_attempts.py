@@ -1,0 +1,54 @@
+"""The attempts of a page: what the table says of each, and which one is the ghost."""
+
+import numpy as np
+
+from khr_analysis.outcome import Outcome
+from khr_common.interfaces import GYRO
+from khr_view.charts.charts import charts
+from khr_view.charts.traces import Traces
+from khr_view.controls import WATCHED, tunables
+from khr_view.model.attempts import MOST, Attempts
+from khr_view.model.live_run import LiveRun
+
+BY_KEY = {each.key: each for each in (*tunables(), *WATCHED)}
+(RATE,) = (each for each in charts() if each.title == 'Pitch rate')
+
+
+def run(gain=12.0):
+    found = LiveRun()
+    found.learn(BY_KEY['ankle_controller', 'enabled'], True)
+    found.learn(BY_KEY['ankle_controller', 'gain'], gain)
+    found.learn(BY_KEY['simulator', 'inclination_deg'], 7.68)
+    found.status.outcome = Outcome('slipped', 13.6, None, 1.2, 0.1, 0.3, 0.02, 0.01, 0.1)
+    return found
+
+
+def traces(rate):
+    found = Traces()
+    for number in range(5):
+        found.add(GYRO, 15_000_000 * number, (0.0, rate, 0.0))
+    return found
+
+
+def test_the_table_says_gains_slope_verdict_slip_and_vibration():
+    attempts = Attempts()
+    attempts.add(run(), traces(0.0))
+    ((cells),) = (each.cells for each in attempts.kept)
+    assert cells == ('K_A 12', '7.68°', 'slipped', '20.0', '5.7')
+    attempts.add(LiveRun(), traces(0.0))
+    assert len(attempts.kept) == 1, 'nobody looked at it'
+
+
+def test_the_ghost_is_the_attempt_before_until_the_reader_chooses_another():
+    attempts = Attempts()
+    for rate in (0.1, 0.2):
+        attempts.add(run(), traces(rate))
+        assert np.allclose(np.radians(attempts.ghost[RATE][1]), rate)
+    attempts.choose(1)
+    attempts.add(run(), traces(0.3))
+    assert attempts.chosen == 1 and np.allclose(np.radians(attempts.ghost[RATE][1]), 0.1)
+    attempts.choose(1)
+    assert not attempts.ghost
+    for _ in range(MOST):
+        attempts.add(run(), traces(0.4))
+    assert not attempts.ghost and [each.number for each in attempts.kept] == [*range(4, 4 + MOST)]
