@@ -12,7 +12,7 @@ from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
 from khr_bringup.recorded.constant_part import constant_parts
-from khr_bringup.recorded.run_signals import POSE, Array, Series, pitch_of
+from khr_bringup.recorded.run_signals import ESTIMATED, POSE, Array, Series, pitch_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
@@ -21,6 +21,7 @@ from khr_common.interfaces import (
     GYRO,
     JOINT_STATES,
     JOINTS,
+    RECOVERY_STATE,
     STAGE,
     TRUE_FORCES,
     TRUE_INCLINATION,
@@ -42,11 +43,12 @@ SAMPLED = (
     *TRUE_FORCES,
     *FOOT_FORCES,
     STAGE,
+    RECOVERY_STATE,
 )
 
 
 def signal_topics() -> tuple[Topic, ...]:
-    """Return the topics of :func:`series_of`: sensors, truth, stage and every controller."""
+    """Return the topics of :func:`series_of`: sensors, truth, stage, recovery, controllers."""
     return (*SAMPLED, BOARD_CORRECTION, *controllers().values())
 
 
@@ -154,6 +156,7 @@ def series_of(
     rows = np.searchsorted(stamps, judged)
     distance[rows] = [outcome.distance for outcome in outcomes]
     slip[rows] = [outcome.slip_distance for outcome in outcomes]
+    estimate = whole(RECOVERY_STATE, len(RECOVERY_STATE.names))[:, ESTIMATED]
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     series = Series(
         time=np.array(stamps - origin, dtype=np.float64) / 1e9,
@@ -171,6 +174,7 @@ def series_of(
         controllers=tuple(corrections),
         pose=whole(TRUE_POSE, len(POSE)),
         joints=whole(JOINT_STATES, len(JOINTS)),
+        estimate=estimate if np.isfinite(estimate).any() else None,
         constant=constant_parts(
             scenario, changes, stamps / 1e9, np.nan_to_num(whole(STAGE, len(STAGE.names)))
         ),

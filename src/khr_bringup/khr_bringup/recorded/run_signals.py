@@ -17,7 +17,7 @@ from khr_bringup.balance import BalanceSeries
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
-from khr_common.interfaces import JOINT_STATES, JOINTS, REGIONS, STAGE, TRUE_POSE
+from khr_common.interfaces import JOINT_STATES, JOINTS, RECOVERY_STATE, REGIONS, STAGE, TRUE_POSE
 from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
@@ -33,9 +33,24 @@ IN_RADIANS = (
     'constant',
     'joints',
 )
-OF_PAGES = ('pose', 'joints', 'constant')  # studies do not use them and do not keep them
+ESTIMATES = ('center', 'capture')  # as of Margins
+ESTIMATED = [RECOVERY_STATE.names.index(name) for name in ('com', 'capture_point')]
+OF_PAGES = (
+    'pose',
+    'joints',
+    'constant',
+    'estimate',
+)  # studies do not use them and do not keep them
 # By the beginning of a name; angles are in deg.
-UNITS = {'time': 's', 'contact': 'N', 'foot': 'N', 'distance': 'm', 'slip': 'm', 'pose': 'm'}
+UNITS = {
+    'time': 's',
+    'contact': 'N',
+    'foot': 'N',
+    'distance': 'm',
+    'slip': 'm',
+    'pose': 'm',
+    'estimate': 'm',
+}
 POSE = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 
 
@@ -61,6 +76,8 @@ class Series:
         joints: angles of the 17 joints, rad, (N, 17); None if not kept.
         constant: part of each correction that no sensor causes, rad, as ``correction``; None if
             it is not known.
+        estimate: centre of mass and capture point as the recovery node estimates them, m ahead of
+            the middle of the soles, (N, 2); None without the node.
         balance: centre of mass, capture point, centre of pressure and edges; None if not computed.
     """
 
@@ -80,6 +97,7 @@ class Series:
     pose: Array | None = None
     joints: Array | None = None
     constant: Array | None = None
+    estimate: Array | None = None
     balance: BalanceSeries | None = None
 
     @property
@@ -99,6 +117,7 @@ class Series:
             'pose': POSE,
             'joints': JOINTS,
             'constant': self.controllers,
+            'estimate': ESTIMATES,
             'contact_force': tuple(REGIONS.values()),
             'foot_force': tuple(REGIONS.values()),
             'correction': self.controllers,
@@ -156,6 +175,12 @@ class Series:
         if self.balance is None:
             return np.full(len(self.time), np.nan)
         return np.asarray(getattr(self.balance, name))
+
+    def estimate_of(self, name: str) -> Array:
+        """Return ``center`` or ``capture`` as estimated, m, (N,); NaN without the node."""
+        if self.estimate is None:
+            return np.full(len(self.time), np.nan)
+        return np.asarray(self.estimate[:, ESTIMATES.index(name)])
 
     def during(self, shown: NDArray[np.bool_]) -> Series:
         """Return the signals at some of the times, given as a mask (N,)."""
@@ -230,15 +255,19 @@ def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Resu
                 loop.signals[TRUE_POSE],
                 loop.signals[JOINT_STATES],
                 loop.signals.get(STAGE, ()),
+                loop.signals.get(RECOVERY_STATE, ()),
             )
         )
 
     result = run_offline(scenario, look)
     columns: Any = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
-    *signals, pose, joints, stages = columns
+    *signals, pose, joints, stages, recovery = columns
     constant = constant_parts(scenario, (), signals[0], stages)
     given: Any = (*signals, tuple(scenario.corrections))
-    return result, replace(Series(*given), pose=pose, joints=joints, constant=constant)
+    estimate = recovery[:, ESTIMATED] if recovery.size else None
+    return result, replace(
+        Series(*given), pose=pose, joints=joints, constant=constant, estimate=estimate
+    )
 
 
 def pitch_of(x: float, y: float, z: float, w: float) -> float:

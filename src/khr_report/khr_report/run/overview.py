@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from khr_analysis.spectrum import Spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
-from khr_bringup.recorded.run_signals import Array, Series
+from khr_bringup.recorded.run_signals import ESTIMATES, Array, Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
 from khr_common.maths.gaps import broken
@@ -25,6 +26,7 @@ from khr_report.run.timing import Timing, title_of_run
 from khr_sim.sensors.foot_force import FootForceParameters
 
 BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
+ESTIMATE = 'Recovery, its estimate of the '
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
 MARGINS = {  # names and colours, as on the page
     'center': ('centre of mass', '#CC79A7'),
@@ -59,11 +61,12 @@ class Signal:
         return not (np.ptp(values) if self.moving else values).any()
 
 
-def signals_of(runs: Iterable[Series]) -> list[Signal]:
+def signals_of(runs: Collection[Series]) -> list[Signal]:
     """Return all signals of runs, those of every controller behind those of the feet."""
     controllers = dict.fromkeys(name for series in runs for name in series.controllers)
     return [
         *(_margin(name, *look) for name, look in MARGINS.items()),
+        *_estimate(runs),
         Signal('Lean of the torso', '', 'lean (°)', lambda s: np.degrees(s.pitch)),
         Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
         Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
@@ -81,8 +84,25 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
     ]
 
 
-def _margin(name: str, label: str, color: str) -> Signal:
-    return Signal(BALANCE, label, 'place (mm)', lambda s: 1000.0 * s.margin(name), color=color)
+def _margin(name: str, label: str, color: str, group: str = BALANCE) -> Signal:
+    return Signal(group, label, 'place (mm)', lambda s: 1000.0 * s.margin(name), color=color)
+
+
+def _estimate(runs: Collection[Series]) -> list[Signal]:
+    """Return what the recovery node estimates beside the truth and the edges, if it is there."""
+    if all(series.estimate is None for series in runs):
+        return []
+    found = []
+    for name in ESTIMATES:
+        label, color = MARGINS[name]
+        group = f'{ESTIMATE}{label}'
+        values = partial(lambda name, series: 1000.0 * series.estimate_of(name), name)
+        found += [
+            _margin(name, 'true', color, group),
+            Signal(group, 'estimated', 'place (mm)', values, color='#0072B2'),
+            *(_margin(edge, *MARGINS[edge], group) for edge in ('toe', 'heel')),
+        ]
+    return found
 
 
 def _constant(controller: str) -> Signal:
@@ -147,6 +167,8 @@ def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -
         pane.draw(axis)
     _share_time(axes[: len(panes)])
     Timing(scenario.table(GaitParameters), events).draw(axes[: len(panes)])
+    if panes:
+        axes[0].set_xlim(0.0, float(series.time[-1]))
     if third:
         draw_spectra(axes[-1], {'': third})
     head(figure, title_of_run(scenario, events), note(scenario))
@@ -182,7 +204,10 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         return [_pane(part, runs, [one.name for one in part]) for part in by_group]
     found = []
     for part in by_group:
-        if part[0].group == BALANCE:  # the points mean something against the edges of their run
+        if part[0].group in (
+            BALANCE,
+            ESTIMATE,
+        ):  # the points mean something against the edges of their run
             names = [one.name for one in part]
             for name, series in runs.items():
                 pane = _pane(part, {name: series}, names)

@@ -29,7 +29,7 @@ from khr_report.run.from_above import from_above
 from khr_report.run.overview import note, over_time
 from khr_report.run.recording_page import picture, report_recording
 from khr_report.run.spectra import draw_spectra, spectrogram, third_cycle
-from khr_report.run.timing import Timing
+from khr_report.run.timing import CHANGED, Timing
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
@@ -81,7 +81,7 @@ def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
     """Write the page of one run, or of two compared; return its path."""
     title = ' against '.join(run.name for run in found.values())
     titles = [
-        f'{name}: ' * (len(found) == 2) + f'{run.title} ({run.name}).'
+        f'{name}: ' * (len(found) == 2) + f'{run.title}{CHANGED * bool(run.changes)} ({run.name}).'
         for name, run in found.items()
     ]
     lead = paragraphs(*titles) + part('notes', warnings)

@@ -14,6 +14,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_report.plots.plot_style import COLORS
 
 EVENTS_NAMED = 9
+CHANGED = ', changed while it ran'
 
 
 @dataclass(frozen=True)
@@ -47,4 +48,4 @@ class Timing:
 def title_of_run(scenario: Scenario, events: Sequence[Event]) -> str:
     """Return the title of a run; it says so if parameters were changed while it ran."""
     changed = any('=' in event.text for event in events)
-    return (scenario.title or scenario.name) + ', changed while it ran' * changed
+    return (scenario.title or scenario.name) + CHANGED * changed

@@ -5,7 +5,14 @@ import numpy as np
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import Samples
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
+from khr_common.interfaces import (
+    BOARD_CORRECTION,
+    RECOVERY_STATE,
+    TRUE_FORCES,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+)
 
 
 def recorded(signals):
@@ -33,6 +40,18 @@ def test_what_the_board_adds_by_itself_stands_for_the_controllers():
     read = series_of(recorded(messages), Scenario('', {}))[0]
     assert (read.correction_of('ankle') == 0.1).all()
     assert (read.correction_of('hip') == 0.2).all()
+
+
+def test_the_recovery_node_s_estimate_is_there_if_the_node_is():
+    messages = {RECOVERY_STATE: [(stamp, (1.0, 0.01, 0.02, 1.0)) for stamp in (0, 15_000_000)]}
+    read = series_of(recorded(messages), Scenario('', {}))[0]
+    assert (read.estimate_of('center') == 0.01).all()
+    assert (
+        read.columns['estimate_capture'] == 0.02
+    ).all() and 'estimate_capture, m' in read.with_units
+    del messages[RECOVERY_STATE]
+    messages[TRUE_RATE] = [(0, (0.0, 1.0, 0.0))]
+    assert series_of(recorded(messages), Scenario('', {}))[0].estimate is None
 
 
 def test_damaged_instant_is_nan_and_does_not_stop_the_rest():

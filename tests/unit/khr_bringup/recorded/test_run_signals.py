@@ -5,10 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from khr_bringup.balance import balance_of
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
+from khr_description.robot import Robot
+from khr_sim.run_parameters import RunParameters
 
 WEIGHT = 1.5 * 9.81  # N
 
@@ -73,3 +76,10 @@ def test_a_further_controller_has_a_column_of_its_own(tmp_path):
     assert read.controllers == series.controllers
     np.testing.assert_allclose(read.correction_of('roll'), roll, rtol=1e-6)
     assert read.during(read.time < 1.0).correction.shape[1] == 3
+
+
+def test_the_estimate_of_the_recovery_is_near_the_truth_of_a_standing_robot():
+    scenario = load_scenario('push_behind_step').changed({('simulator', 'duration'): 1.4})
+    _, series = run_with_series(scenario)
+    balance = balance_of(series, Robot.load(), scenario.table(RunParameters))
+    assert np.abs(series.estimate_of('center') - balance.center)[-10:].max() < 0.005

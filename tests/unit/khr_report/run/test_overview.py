@@ -11,7 +11,7 @@ from khr_bringup.balance import BalanceSeries
 from khr_bringup.recorded.events import Event
 from khr_bringup.scenario.scenario import load_scenario
 from khr_report.plots.plot_style import panels, styled
-from khr_report.run.overview import BALANCE, SPECTRUM, over_time, overview
+from khr_report.run.overview import BALANCE, ESTIMATE, SPECTRUM, over_time, overview
 from khr_report.run.spectra import RANGE_DB, draw_spectra, spectrogram, third_cycle
 from khr_report.run.timing import Timing
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
@@ -118,6 +118,7 @@ def test_changes_falls_and_swings_are_marked_on_every_panel_over_time(series):
             assert {2.0, 7.0} <= set(marks)
             assert len(axis.patches) > 4, 'swings of the feet'
         assert any('fell' in text.get_text() for text in panels_over_time[0].texts)
+    assert figure.axes[0].get_xlim()[1] == pytest.approx(series.time[-1]), 'ends with the run'
     assert 'changed while it ran' in figure.get_suptitle().replace('\n', ' ')
 
 
@@ -141,6 +142,22 @@ def test_the_balance_has_a_panel_with_the_edges_of_the_soles(series):
         figure, names = over_time({'': replace(series, balance=balance)}, {})
     axis = figure.axes[names.index(BALANCE)]
     assert [round(float(line.get_ydata()[0])) for line in axis.lines] == [10, 20, 15, 50, -50]
+
+
+def test_the_estimate_of_the_recovery_is_beside_the_truth_and_the_edges(series):
+    line = 0.0 * series.time
+    balance = BalanceSeries(line + 0.01, line + 0.02, line, line + 0.05, line - 0.05)
+    estimate = np.column_stack([line + 0.012, line + 0.017])
+    with styled():
+        figure, names = over_time({'': replace(series, balance=balance, estimate=estimate)}, {})
+        _, without = over_time({'': replace(series, balance=balance)}, {})
+    for what, places in (
+        ('centre of mass', [10, 12, 50, -50]),
+        ('capture point', [20, 17, 50, -50]),
+    ):
+        axis = figure.axes[names.index(f'{ESTIMATE}{what}')]
+        assert [round(float(line.get_ydata()[0])) for line in axis.lines] == places
+    assert not any(name.startswith(ESTIMATE) for name in without)
 
 
 def test_no_line_crosses_a_gap(series):
