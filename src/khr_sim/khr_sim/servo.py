@@ -82,17 +82,29 @@ def law(servos: Array, constants: Array) -> None:
 
 
 class Tables(NamedTuple):
-    """What the compiled periods of an engine read and write, a row for each robot."""
+    """What the compiled periods of an engine read and write, one robot after the other.
 
-    servos: Array  # arguments of :func:`law`, (n, 13, 17) and (n, 8)
+    All robots have the same constants, as one call of the law advances the servos of all.
+    """
+
+    servos: Array  # arguments of :func:`law`, (13, 17 n) and (8,)
     constants: Array
-    forces: Array  # sums of the forces of the ground on toes and heels, N, (n, 4, 3)
+    forces: Array  # sums of the forces of the ground on toes and heels, N, (4 n, 3)
 
     @classmethod
     def of(cls, robots: int) -> Tables:
         """Return the tables of a number of robots, all zero."""
+        rows, joints = SHAPE
         return cls(
-            np.zeros((robots, *SHAPE)), np.zeros((robots, *CONSTANTS)), np.zeros((robots, 4, 3))
+            np.zeros((rows, joints * robots)), np.zeros(CONSTANTS), np.zeros((4 * robots, 3))
+        )
+
+    def of_robot(self, number: int) -> Tables:
+        """Return the part of one robot."""
+        joints = SHAPE[1]
+        own = slice(joints * number, joints * (number + 1))
+        return Tables(
+            self.servos[:, own], self.constants, self.forces[4 * number : 4 * (number + 1)]
         )
 
 
@@ -110,7 +122,7 @@ class Servos:
     Args:
         parameters: of the simulator.
         carried: inertia of the links outward of each joint, kg m^2, (17,).
-        table, constants: rows of the :class:`Tables` of all robots; arrays of its own by default.
+        table, constants: of its part of the :class:`Tables`; arrays of its own by default.
 
     Attributes:
         table, constants: arguments of :func:`law`.

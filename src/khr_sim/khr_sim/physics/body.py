@@ -48,27 +48,20 @@ class Body:
     Args:
         parameters: of its servos, initial errors and soles.
         robot: its description.
-        tables: of all robots.
-        number: its row in them.
+        tables: its part of those of all robots.
         start: where it starts.
 
     Attributes:
         servos, forces: its servos, and its contact forces of this period, for the engine.
+        pushes: that are pending or act.
     """
 
     def __init__(
-        self,
-        parameters: SimulatorParameters,
-        robot: Robot,
-        tables: Tables,
-        number: int,
-        start: Start,
+        self, parameters: SimulatorParameters, robot: Robot, tables: Tables, start: Start
     ) -> None:
         self.parameters, self._robot, self._start = parameters, robot, start
-        self.servos = Servos(
-            parameters, robot.joint_inertia(), tables.servos[number], tables.constants[number]
-        )
-        self._sums = tables.forces[number]
+        self.servos = Servos(parameters, robot.joint_inertia(), tables.servos, tables.constants)
+        self._sums = tables.forces
         self._board = Board(robot.limits(), parameters.steps)
         self._sole_offsets = [
             robot.joints[f'{side}_sole_frame'].origin.tolist() for side in contact.SIDES
@@ -96,8 +89,8 @@ class Body:
         )
         self._zero_errors = errors if p.zero_error_deg else None
         command = self._displaced(self._board.reset(posture))
-        self._view, self._pushes = view, list[Push]()
-        self._efforts: Sequence[float] = [0.0] * len(JOINTS)
+        self._view, self.pushes = view, list[Push]()
+        self.servos.torque[:] = 0.0
         self._feet = [view.links[f'{side}_foot'] for side in contact.SIDES]
         self._place(command, inclination, clearance)
         self.forces = contact.ContactForces(self._feet, self._soles(), self._sums)
@@ -111,10 +104,6 @@ class Body:
         """
         return self._displaced(self._board.update(target))
 
-    def stepped(self) -> None:
-        """Take the torques of the step that the engine has advanced."""
-        self._efforts = self.servos.torque.tolist()
-
     def push(self, push: Push, now: float) -> None:
         """Add a push at ``now`` s; a push in the past has no effect.
 
@@ -126,20 +115,15 @@ class Body:
                 f'link: {quoted(push.link)} is not accepted; accepted: '
                 f'{" | ".join(self._robot.links)}'
             )
-        self._pushes = [each for each in self._pushes if each.start + each.duration >= now]
-        if len(self._pushes) >= MOST_PUSHES:
+        self.pushes = [each for each in self.pushes if each.start + each.duration >= now]
+        if len(self.pushes) >= MOST_PUSHES:
             raise KhrError(f'push: {MOST_PUSHES} are under way; accepted: fewer')
-        self._pushes.append(push)
+        self.pushes.append(push)
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Apply changed parameters."""
         self.parameters = parameters
         self.servos.configure(parameters)
-
-    @property
-    def pushed(self) -> bool:
-        """Return whether a push is pending or acts."""
-        return bool(self._pushes)
 
     @property
     def potentiometers(self) -> list[float]:
@@ -152,7 +136,7 @@ class Body:
 
     def apply_pushes(self, step: int) -> None:
         """Apply the pushes that act in a physics step."""
-        for push in self._pushes:
+        for push in self.pushes:
             start = round(push.start / self.parameters.physics_step)
             steps = max(1, round(push.duration / self.parameters.physics_step))
             if not start <= step < start + steps:
@@ -185,7 +169,7 @@ class Body:
             angular_velocity=np.array(motion.angular_velocity),
             joint_position=np.array(position),
             joint_velocity=np.array(velocity),
-            joint_effort=np.array(self._efforts),
+            joint_effort=self.servos.torque.copy(),
             mean_angular_velocity=np.array(rate),
             contact_force=np.array(forces),
             sole_position=np.array([place for place, _ in soles]),

@@ -33,12 +33,13 @@ class World:
     world after a reset.
 
     Args:
-        parameters: of each robot; those of the first are of ground and engine as well.
+        parameters: of each robot; all have the same but seeds, initial errors and pushes.
         starts: where each robot starts.
 
     Attributes:
         robot: the description of all robots.
         bodies: each robot.
+        parameters: of ground and engine, those of the first robot.
 
     Raises:
         KhrError: if the description is not of the KHR-3HV.
@@ -52,19 +53,14 @@ class World:
         self.engine = engines.create(p, self.robot, len(parameters))
         self._tables = Tables.of(len(parameters))
         self.bodies = [
-            Body(own, self.robot, self._tables, number, start)
+            Body(own, self.robot, self._tables.of_robot(number), start)
             for number, (own, start) in enumerate(zip(parameters, starts, strict=True))
         ]
-        self._servos = [body.servos for body in self.bodies]
+        self.parameters = p
         self._step_ns = round(p.physics_step * 1e9)
         self.reset([[0.0] * len(JOINTS)] * len(parameters))
-        no_steps = np.zeros((0, len(parameters), len(JOINTS)))  # compile before the first period
-        self.engine.run(no_steps, self._tables, self._servos, [b.forces for b in self.bodies])
-
-    @property
-    def parameters(self) -> SimulatorParameters:
-        """Return the parameters of ground and engine."""
-        return self.bodies[0].parameters
+        no_steps = np.zeros((0, len(parameters) * len(JOINTS)))  # compile before the first period
+        self.engine.run(no_steps, self._tables, self.bodies)
 
     def reset(
         self, postures: Sequence[Sequence[float]], clearance: float = 0.0
@@ -98,20 +94,16 @@ class World:
             KhrError: if a target is not 17 finite numbers.
         """
         own = [body.commands(target) for body, target in zip(self.bodies, targets, strict=True)]
-        commands = own[0][:, np.newaxis] if len(own) == 1 else np.stack(own, axis=1)
-        tilting = self._tilting
-        pushed = [body for body in self.bodies if body.pushed]
-        rows = 1 if pushed or tilting else len(commands)
-        forces = [body.forces for body in self.bodies]
+        commands = own[0] if len(own) == 1 else np.concatenate(own, axis=1)
+        pushed = [body for body in self.bodies if body.pushes]
+        rows = 1 if pushed or self._tilting else len(commands)
         for first in range(0, len(commands), rows):
             for body in pushed:
                 body.apply_pushes(self._step)
             if self._tilting:
                 self._tilt_ground()
-            self.engine.run(commands[first : first + rows], self._tables, self._servos, forces)
+            self.engine.run(commands[first : first + rows], self._tables, self.bodies)
             self._step += rows
-        for body in self.bodies:
-            body.stepped()
         return self._observe()
 
     def push(self, push: Push, robot: int = 0) -> None:
@@ -139,6 +131,7 @@ class World:
                     )
         if parameters[0].inclination_deg != self.parameters.inclination_deg:
             self._goal = radians(parameters[0].inclination_deg)
+        self.parameters = parameters[0]
         for body, own in zip(self.bodies, parameters, strict=True):
             body.configure(own)
         self.engine.set_friction(self.parameters.sole_friction)

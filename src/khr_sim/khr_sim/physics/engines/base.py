@@ -71,6 +71,13 @@ class Painter(Scene, Protocol):
         """Render the image of a camera."""
 
 
+class Driven(Protocol):
+    """Servos and contact forces of one robot."""
+
+    servos: Servos
+    forces: ContactForces
+
+
 class Engine(Scene, Protocol):
     """A scene with physics.
 
@@ -83,18 +90,13 @@ class Engine(Scene, Protocol):
     def set_friction(self, coefficient: float) -> None:
         """Set the friction coefficient between robots and ground."""
 
-    def run(
-        self,
-        commands: Array,
-        tables: Tables,
-        servos: Sequence[Servos],
-        forces: Sequence[ContactForces],
-    ) -> None:
+    def run(self, commands: Array, tables: Tables, robots: Sequence[Driven]) -> None:
         """Advance one step per row of ``commands``.
 
         Args:
-            commands: angles commanded by the boards in each step, rad, (steps, robots, 17).
-            tables: of servos and contact forces, whose rows servos and forces have.
-            servos: of each robot; compute torques from commands and joint states.
-            forces: of each robot; accumulate the forces of the ground after each step.
+            commands: angles commanded by the boards in each step, rad, (steps, 17 n),
+                one robot after the other.
+            tables: of servos and contact forces, whose parts the robots have.
+            robots: their servos compute torques from commands and joint states, and their forces
+                accumulate those of the ground after each step.
         """

@@ -16,10 +16,10 @@ from khr_common.interfaces import TORSO
 from khr_common.maths.rotation import Array, applied, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.contact import FRICTION, ContactForces, Pose, bumpers, physics_urdf
-from khr_sim.physics.engines.base import Motion
+from khr_sim.physics.contact import FRICTION, Pose, bumpers, physics_urdf
+from khr_sim.physics.engines.base import Driven, Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.servo import Servos, Tables
+from khr_sim.servo import Tables
 
 # The import prints a line on standard error, from C.
 _kept = os.dup(2)
@@ -135,7 +135,7 @@ class Bullet:
     def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
         self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
         self._parameters, self._robot, self._robots = parameters, robot, robots
-        self._urdf = physics_urdf(parameters, robot, robots)
+        self._urdfs = [physics_urdf(parameters, robot, robots)] * robots
         self.bodies: list[BulletBody] = []
 
     def reset(self, inclination: float) -> None:
@@ -159,8 +159,10 @@ class Bullet:
         )
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'robot.urdf'
-            path.write_text(self._urdf)
-            self.bodies = [BulletBody(client, path, self._robot) for _ in range(self._robots)]
+            self.bodies = []
+            for urdf in self._urdfs:
+                path.write_text(urdf)
+                self.bodies.append(BulletBody(client, path, self._robot))
         for body in self.bodies if self._robots > 1 else ():
             for name in bumpers(self._robot):
                 if not name.endswith('_foot'):
@@ -187,15 +189,14 @@ class Bullet:
                     body.body, link, lateralFriction=own, physicsClientId=self.client
                 )
 
-    def run(
-        self, commands: Array, _: Tables, servos: Sequence[Servos], forces: Sequence[ContactForces]
-    ) -> None:
+    def run(self, commands: Array, _: Tables, robots: Sequence[Driven]) -> None:
         """Advance one step per row of ``commands``."""
         client, ground = self.client, self.ground
-        robots = [*zip(self.bodies, servos, forces, strict=True)]
-        for row in commands:
-            for (body, own, _forces), command in zip(robots, row, strict=True):
-                torques = own.update(command, body.position, body.velocity).tolist()
+        pairs = [*zip(self.bodies, robots, strict=True)]
+        for row in commands.reshape(len(commands), len(pairs), len(JOINTS)):
+            for (body, robot), command in zip(pairs, row, strict=True):
+                update = robot.servos.update
+                torques = update(command, body.position, body.velocity).tolist()
                 bullet.setJointMotorControlArray(
                     body.body,
                     body.joint_numbers,
@@ -204,8 +205,9 @@ class Bullet:
                     physicsClientId=client,
                 )
             bullet.stepSimulation(client)
-            for body, _own, met in robots:
-                met.add(bullet.getContactPoints(body.body, ground, _ANY_LINK, _ANY_LINK, client))
+            for body, robot in pairs:
+                met = bullet.getContactPoints(body.body, ground, _ANY_LINK, _ANY_LINK, client)
+                robot.forces.add(met)
                 body.read_joints()
 
     def close(self) -> None:

@@ -24,18 +24,10 @@ from khr_common.maths.rotation import Array, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
 from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.contact import (
-    FRICTION,
-    SIDES,
-    SPHERES,
-    ContactForces,
-    Pose,
-    bumpers,
-    physics_urdf,
-)
-from khr_sim.physics.engines.base import Motion
+from khr_sim.physics.contact import FRICTION, SIDES, SPHERES, Pose, bumpers, physics_urdf
+from khr_sim.physics.engines.base import Driven, Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Servos, Tables, law
+from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Tables, law
 
 IMPEDANCE_RATIO = 10.0  # of friction to normal force; keeps a standing foot from creeping
 IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, as a function of its depth (solimp)
@@ -86,30 +78,25 @@ def _run(
 
     Args:
         mj_step, model, data: addresses.
-        commands: rad, (steps, robots, 17).
-        angle_at, speed_at: places of each joint in the engine's arrays, (robots, 17).
+        commands: rad, (steps, 17 n), one robot after the other, as all joints here.
+        angle_at, speed_at: places of each joint in the arrays of the engine, (17 n,).
         angles, speeds, applied: joint angles, speeds and torques of the engine.
-        contacts: forces of the engine on the contact spheres of the feet, N, (robots, 8, 3).
-        servos, constants: arguments of the servo law, by robot.
-        position, velocity: joint states in the order of JOINTS, written here, (robots, 17).
-        forces: sums of the forces on toes and heels, N, updated here, (robots, 4, 3).
+        contacts: forces of the engine on the contact spheres of the feet, N, (8 n, 3).
+        servos, constants: arguments of the servo law.
+        position, velocity: joint states, written here, (17 n,).
+        forces: sums of the forces on toes and heels, N, updated here, (4 n, 3).
     """
-    robots, joints = angle_at.shape
     for row in range(len(commands)):
-        for n in range(robots):
-            servos[n, GOAL], servos[n, POSITION] = commands[row, n], position[n]
-            servos[n, VELOCITY] = velocity[n]
-            _servo_law(servos[n], constants[n])
-            for i in range(joints):
-                applied[speed_at[n, i]] = servos[n, TORQUE, i]
+        servos[GOAL], servos[POSITION], servos[VELOCITY] = commands[row], position, velocity
+        _servo_law(servos, constants)
+        for i in range(len(speed_at)):
+            applied[speed_at[i]] = servos[TORQUE, i]
         _call(mj_step, model, data)
-        for n in range(robots):
-            for i in range(joints):
-                position[n, i] = angles[angle_at[n, i]]
-                velocity[n, i] = speeds[speed_at[n, i]]
-            for sphere in range(contacts.shape[1]):
-                for axis in range(3):
-                    forces[n, sphere // 2, axis] += contacts[n, sphere, axis]
+        for i in range(len(speed_at)):
+            position[i], velocity[i] = angles[angle_at[i]], speeds[speed_at[i]]
+        for sphere in range(len(contacts)):
+            for axis in range(3):
+                forces[sphere // 2, axis] += contacts[sphere, axis]
 
 
 _compiled_run = jit(_run)
@@ -184,19 +171,21 @@ class MuJoCo:
     def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
         self._model = model = _specify(parameters, robot, robots).compile()
         self._data = data = mujoco.MjData(model)
-        self._states = np.zeros((2, robots, len(JOINTS)))
+        states = np.zeros((2, robots, len(JOINTS)))
         self.bodies = [
-            MuJoCoBody(model, data, robot, _prefix(number), self._states[:, number])
+            MuJoCoBody(model, data, robot, _prefix(number), states[:, number])
             for number in range(robots)
         ]
+        self._states = tuple(states.reshape(2, -1))
+        self._pushes = data.xfrc_applied
         self._addresses = _MJ_STEP, model._address, data._address
         self._views = (
-            np.array([body.angle_at for body in self.bodies]),
-            np.array([body.speed_at for body in self.bodies]),
+            np.concatenate([body.angle_at for body in self.bodies]),
+            np.concatenate([body.speed_at for body in self.bodies]),
             data.qpos,
             data.qvel,
             data.qfrc_applied,
-            data.sensordata.reshape(robots, -1, 3),
+            data.sensordata.reshape(-1, 3),
         )
         self._viewer = mujoco.viewer.launch_passive(model, data) if parameters.gui else None
 
@@ -214,13 +203,7 @@ class MuJoCo:
         """Set the friction coefficient between robots and ground."""
         self._model.geom('ground').friction[0] = coefficient
 
-    def run(
-        self,
-        commands: Array,
-        tables: Tables,
-        servos: Sequence[Servos],
-        forces: Sequence[ContactForces],
-    ) -> None:
+    def run(self, commands: Array, tables: Tables, robots: Sequence[Driven]) -> None:
         """Advance one step per row of ``commands``."""
         _compiled_run(
             *self._addresses,
@@ -233,9 +216,9 @@ class MuJoCo:
         )
         if _warnings:
             raise RunError(f'mujoco: {_warnings.pop()}')
-        for each in forces:
-            each.steps += len(commands)
-        self._data.xfrc_applied[:] = 0.0
+        for robot in robots:
+            robot.forces.steps += len(commands)
+        self._pushes[:] = 0.0
         mujoco.mj_kinematics(
             self._model, self._data
         )  # mj_step leaves the link poses of the start of the step
