@@ -6,7 +6,7 @@
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
 # make bullet  compiles PyBullet where it has no wheel (Python 3.12); MuJoCo is the engine without it
 # make dist   builds sdist and wheel of the whole in dist/
-# make film   renders docs/walk.gif and docs/recovery.gif; make site makes pages of the documents
+# make film   renders docs/walk.gif, recovery.gif and bout.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 
 # bytecode is kept, whatever this machine prefers: without it every process compiles its sources
@@ -96,7 +96,7 @@ docs: install
 site: tools
 	$(BIN)/sphinx-build --quiet -W --keep-going -c docs . site
 
-# the pictures of README and docs/recovery.md: one slope or push, without control and with it
+# the films of README, docs/recovery.md and docs/bouts.md
 FILMED := walk_8.88deg_ka12
 film: install
 	rm -rf build/without
@@ -109,6 +109,8 @@ film: install
 	$(BIN)/khr film build/planted --against push_behind_step --start 2.8 --end 5.0 --rate 20 \
 	    --width 480 --height 360 --out build/recovery
 	cp build/recovery.gif docs/recovery.gif
+	$(BIN)/khr film shove --start 1.5 --end 4.3 --rate 10 --width 480 --height 360 --out build/bout
+	cp build/bout.gif docs/bout.gif
 
 # one distribution of all packages
 dist: tools

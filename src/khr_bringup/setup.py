@@ -17,7 +17,7 @@ setup(
         (f'share/{package}/launch', glob('launch/*')),
         *(
             (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.*'))
-            for folder in ('', 'robots', 'scenarios', 'sweeps', 'experiments')
+            for folder in ('', 'bouts', 'motions', 'robots', 'scenarios', 'sweeps', 'experiments')
         ),
         (f'share/{package}/config/view', glob(f'{package}/config/view/*')),
     ],

@@ -7,6 +7,8 @@ scenario's first seconds: chaos makes of one bit that differs another trajectory
 import json
 from pathlib import Path
 
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.fight import run_bout
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 
@@ -21,6 +23,7 @@ SCENARIOS = {  # simulated s
     'push_behind_step': 3.5,
     'stand_tilting_staged': 2.0,
 }
+BOUTS = {'shove': 2.0, 'shove_step': 3.5}  # simulated s
 EMULATED = ('walk_8.88deg_ka12', 0.6)  # an emulator takes some 15 s for it
 
 
@@ -30,12 +33,23 @@ def measure(scenario, engine, seconds):
     return run_offline(load_scenario(scenario).changed(changes)).trajectory_hash
 
 
+def measure_bout(bout, engine, seconds):
+    """Return the trajectory hash of a bout's first seconds."""
+    changes = [f'simulator.engine={engine}', f'referee.time_limit={seconds}']
+    (only,) = run_bout(load_bout(bout).set_to(changes)).rounds
+    return only.trajectory_hash
+
+
 def measure_all():
     """Return all hashes by scenario, seconds and engine."""
     runs = [*SCENARIOS.items(), EMULATED]
     return {
         key(scenario, seconds, engine): measure(scenario, engine, seconds)
         for scenario, seconds in runs
+        for engine in ENGINES
+    } | {
+        key(bout, seconds, engine): measure_bout(bout, engine, seconds)
+        for bout, seconds in BOUTS.items()
         for engine in ENGINES
     }
 

@@ -12,7 +12,7 @@ import pytest
 
 from khr_common.arithmetic import CHOICE, NATIVE, PORTABLE, SETTINGS, in_force
 from tests import ROOT
-from tests.golden import EMULATED, ENGINES, SCENARIOS, expected, key, measure
+from tests.golden import BOUTS, EMULATED, ENGINES, SCENARIOS, expected, key, measure, measure_bout
 
 # MuJoCo's wheel needs AVX, which the first has not.
 PROCESSORS = {'Nehalem': ('bullet',), 'Haswell': ENGINES}
@@ -32,6 +32,14 @@ def test_a_scenario_takes_the_kept_trajectory(scenario, engine):
     seconds = SCENARIOS[scenario]
     kept = expected()[key(scenario, seconds, engine)]
     assert measure(scenario, engine, seconds) == kept, 'python -m tests.golden --write renews it'
+
+
+@pytest.mark.parametrize('engine', ENGINES)
+@pytest.mark.parametrize('bout', BOUTS)
+def test_a_bout_takes_the_kept_trajectory(bout, engine):
+    seconds = BOUTS[bout]
+    kept = expected()[key(bout, seconds, engine)]
+    assert measure_bout(bout, engine, seconds) == kept, 'python -m tests.golden --write renews it'
 
 
 def short(*command, engines=ENGINES, **environment):

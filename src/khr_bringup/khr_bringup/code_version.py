@@ -30,6 +30,9 @@ SOURCES = (
     ('khr_balance', '**/*.py'),
     ('khr_analysis', 'outcome.py'),
     ('khr_analysis', 'outcome_measures.py'),
+    ('khr_analysis', 'referee.py'),
+    ('khr_bringup', 'bout/bout.py'),
+    ('khr_bringup', 'bout/fight.py'),
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'recorded/run_signals.py'),
 )
@@ -108,11 +111,16 @@ def versions_of_run(scenario: Scenario | None = None) -> dict[str, str]:
     return {'Python': python_version(), library: number, **library_versions(engine)}
 
 
-def as_run(scenario: Scenario) -> str:
-    """Return a whole scenario as YAML, with the versions that it runs with as its last lines."""
+def as_run(scenario: Scenario, text: str = '') -> str:
+    """Return a whole scenario as YAML, with the versions that it runs with as its last lines.
+
+    Args:
+        scenario: to run.
+        text: in place of its own, such as that of a bout.
+    """
     warn_unless_portable()
     lines = [f'{MADE_WITH}{name}: {text}\n' for name, text in versions_of_run(scenario).items()]
-    return ''.join([scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
+    return ''.join([text or scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
 
 
 def versions_in(text: str) -> dict[str, str]:

@@ -14,6 +14,7 @@ from khr.cli.help_text import Command, Group
 PANELS: dict[str, dict[str, str]] = {
     'Run and look': {
         'run': 'runs:start_run',
+        'bout': 'bouts:start_bout',
         'view': 'runs:view',
         'report': 'recordings:report',
         'film': 'recordings:film',

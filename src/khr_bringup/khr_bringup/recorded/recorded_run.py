@@ -142,7 +142,7 @@ class RecordedRun:
         Raises:
             KhrError: if there is no scenario, or this version of the project cannot read it.
         """
-        return parse(self.text, 'its scenario', self.name)
+        return parse(self.text, 'its scenario', self.name, self._namespace)
 
     @property
     def parameters(self) -> Scenario:

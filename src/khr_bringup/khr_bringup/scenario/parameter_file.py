@@ -8,24 +8,27 @@ from typing import Any
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
+from khr_common.parameters import Specification
 from khr_common.text.quoting import meant, named
 from khr_common.text.strict_yaml import read_yaml
 
 Values = dict[str, dict[str, Any]]
 PARAMETERS = 'ros__parameters'
 WILDCARDS = ('*', '**')
+REFEREE = 'referee'  # in a bout: no node of a robot
 RETIRED = {('recorder', 'scenario')}  # wiring of earlier versions
 # Of rclpy, in every node: `ros2 param dump` writes them. Runs set the clock themselves.
 OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 OVERRIDES = 'qos_overrides'
 
 
-def values_of(document: Any, file: str) -> Values:
+def values_of(document: Any, file: str, namespace: str = '') -> Values:
     """Return the stated parameters of each node; a node's own block goes before a wildcard's.
 
     Args:
         document: a ROS 2 parameter file: node names with namespaces or wildcards, also nested.
         file: its name in error messages.
+        namespace: of the robot, in a file of several; its blocks go before those of all robots.
 
     Raises:
         KhrError: if a node or parameter is unknown, given twice, or a value is not accepted.
@@ -34,10 +37,16 @@ def values_of(document: Any, file: str) -> Values:
         raise KhrError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
     values: Values = {}
     shared: Values = {}
-    for node, stated in _blocks(file, '', document):
-        name = node.rpartition('/')[2]
+    for node, stated in blocks_of(file, document):
+        space, _, name = node.strip('/').rpartition('/')
+        general = space in ('', *WILDCARDS)
+        if namespace and (name == REFEREE or not (general or space == namespace)):
+            continue
         if name in WILDCARDS:
             _share(file, node, stated, shared)
+        elif namespace and general:
+            own = _checked_block(file, known_node(file, name), stated)
+            shared[name] = shared.get(name, {}) | own
         elif known_node(file, name) in values:
             raise KhrError(f'{file}: {name}: given twice; accepted: one block per node')
         else:
@@ -77,20 +86,26 @@ def checked(file: str, node: str, key: str, value: Any) -> Any:
 
 def floats_of(node: str, key: str, value: Any) -> Any:
     """Convert the integers in a list if the parameter is a list of floats, as ROS 2 does."""
-    known = specifications(table_of(node)).get(key)
+    return with_floats(specifications(table_of(node)).get(key), value)
+
+
+def with_floats(known: Specification | None, value: Any) -> Any:
+    """Convert the integers in a list if the parameter, if known, is a list of floats."""
     if known is None or known.element is not float or not isinstance(value, list):
         return value
     return [float(each) if type(each) is int else each for each in value]
 
 
-def _blocks(file: str, above: str, document: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
+def blocks_of(
+    file: str, document: Mapping[Any, Any], above: str = ''
+) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the full name of each node, and its parameters; namespaces may be nested."""
     for key, body in document.items():
         node = f'{above}/{key}' if above else str(key)
         if not isinstance(body, dict) or not body:
             raise KhrError(f'{file}: {named(above or node)}: accepted: one key {PARAMETERS}')
         if PARAMETERS not in body:
-            yield from _blocks(file, node, body)
+            yield from blocks_of(file, body, node)
             continue
         if len(body) > 1:
             raise KhrError(f'{file}: {named(node)}: accepted: one key {PARAMETERS}')
@@ -151,7 +166,11 @@ def typed(node: str, key: str, value: Any) -> Any:
     """Convert integers to floats if the parameter is a float or a list of floats."""
     if node not in registry():
         return value
-    known = specifications(table_of(node)).get(key)
+    return as_typed(specifications(table_of(node)).get(key), value)
+
+
+def as_typed(known: Specification | None, value: Any) -> Any:
+    """Convert integers to floats if the parameter, if known, is a float or a list of floats."""
     if known and known.kind is float and type(value) is int:
         return float(value)
-    return floats_of(node, key, value)
+    return with_floats(known, value)

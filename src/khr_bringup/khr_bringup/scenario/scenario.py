@@ -181,13 +181,19 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
     return with_installed_engine(parse(read_file(path), str(path), path.stem))
 
 
-def parse(text: str, file: str, name: str) -> Scenario:
+def parse(text: str, file: str, name: str, namespace: str = '') -> Scenario:
     """Read a scenario from the text of a ROS 2 parameter file.
 
+    Args:
+        text: of the file.
+        file: its name in error messages.
+        name: of the scenario.
+        namespace: of the robot, in the file of a bout.
+
     Raises:
-        KhrError: as :func:`load_scenario`; ``file`` is the name in the text.
+        KhrError: as :func:`load_scenario`.
     """
-    values = values_of(read_yaml(text, file), file)
+    values = values_of(read_yaml(text, file), file, namespace)
     return Scenario(name, _consistent(file, values, Path(file).parent), title_of(text))
 
 

@@ -67,20 +67,46 @@ def render_run(
         RunError: if a run does not repeat.
     """
     runs = [run] if against is None else [run, against]
-    look = _look(*size, panels=len(runs))
+    look = look_of(*size, panels=len(runs))
     chosen = [source_of(each, namespace) for each in runs]
-    _within(max(each.length for each in chosen), still, part)
-    base = _base(run, chosen[0].scenario, out)
-    make_folder(base.parent)
+    within(max(each.length for each in chosen), still, part)
+    base = base_of(run, chosen[0].scenario.name, out)
     tracks = [
-        Filmed(one.scenario, one.frames(_of(f'repeating {each}', one.length, show)), one.changes)
+        Filmed(
+            one.scenario, one.frames(part_of(f'repeating {each}', one.length, show)), one.changes
+        )
         for one, each in zip(chosen, runs, strict=True)
     ]
     last = max(track.kept[-1].time for track in tracks)
+    return render(base, last, lambda times: pictures(tracks, times, look), look, still, part, show)
+
+
+def render(
+    base: Path,
+    last: float,
+    draw: Callable[[Sequence[float]], Iterator[Image.Image]],
+    look: Look,
+    still: float | None,
+    part: tuple[float, float | None],
+    show: Show,
+) -> list[Path]:
+    """Write MP4 and GIF of pictures, or one to PNG; return the files.
+
+    Args:
+        base: the files without their suffixes.
+        last: time of the last picture, s.
+        draw: yields the picture at each of some times, s.
+        look: of the pictures.
+        still, part, show: as of :func:`render_run`.
+
+    Raises:
+        KhrError: if there is no such time, or the files cannot be written.
+    """
+    make_folder(base.parent)
     if still is not None:
         if still > last:
             raise KhrError(f'--still: {still:g} is not accepted; accepted: [0, {last:g}] s')
-        (picture,) = pictures(tracks, [still], look)
+        (picture,) = draw([still])
         picture.save(f'{base}.png', optimize=True)
         return [Path(f'{base}.png')]
     start, end = part
@@ -90,7 +116,7 @@ def render_run(
             f'--start {start:g}, --end {end}: nothing to show; accepted: a part of [0, {last:g}] s'
         )
     shown = []
-    for time, picture in zip(wanted, pictures(tracks, wanted, look), strict=True):
+    for time, picture in zip(wanted, draw(wanted), strict=True):
         shown.append(picture)
         show('drawing', time, wanted[-1])
     show('writing MP4 and GIF', 0.0, wanted[-1])
@@ -102,7 +128,7 @@ def render_run(
     return [movie, animation]
 
 
-def _of(what: str, whole: float, show: Show) -> Callable[[float], None]:
+def part_of(what: str, whole: float, show: Show) -> Callable[[float], None]:
     """Return a callback for the progress of one task."""
     return lambda seconds: show(what, seconds, whole)
 
@@ -131,7 +157,7 @@ def pictures(
         scene.close()
 
 
-def _within(longest: float, still: float | None, part: tuple[float, float | None]) -> None:
+def within(longest: float, still: float | None, part: tuple[float, float | None]) -> None:
     """Check the times against the length of the run before it is repeated."""
     for name, time in (('still', still), ('start', part[0]), ('end', part[1])):
         if time is not None and not 0.0 <= time <= longest:
@@ -143,7 +169,8 @@ def _within(longest: float, still: float | None, part: tuple[float, float | None
         )
 
 
-def _look(width: int, height: int, rate: float, panels: int) -> Look:
+def look_of(width: int, height: int, rate: float, panels: int = 1) -> Look:
+    """Return the look of a film with some panels; refuse sizes that cannot be written."""
     for name, value, most in (('width', width, WIDEST // panels), ('height', height, WIDEST)):
         if not 64 <= value <= most or value % 2:
             raise KhrError(
@@ -185,8 +212,9 @@ def save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
     )
 
 
-def _base(run: str, scenario: Scenario, out: Path | None) -> Path:
+def base_of(run: str, name: str, out: Path | None) -> Path:
+    """Return the path of the files of a film, without their suffixes."""
     if out is not None:  # names contain degrees with decimals, so only these count as suffixes
         return out.with_suffix('') if out.suffix in ('.mp4', '.gif', '.png') else out
     folder = Path(run)
-    return folder / 'film' if folder.is_dir() else Path(scenario.name)
+    return folder / 'film' if folder.is_dir() else Path(name)

@@ -9,6 +9,7 @@ import typer
 
 from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption, run_named
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.bout.bout import is_bout
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_sweeps.progress import ProgressBar
@@ -44,9 +45,22 @@ def film(
     from khr_report.film.film import render_run
 
     size = (width, height, rate)
+    chosen = _filmed(run)
+    if is_bout(chosen):
+        if against or namespace:
+            raise KhrError(
+                f'{"--against" if against else "--namespace"}: not accepted of a bout, which shows '
+                'both robots'
+            )
+        from khr_report.film.bout import render_bout
+
+        with ProgressBar(unit='s') as bar:
+            files = render_bout(chosen, out, still, (start, end), size, bar.show)
+        print('\n'.join(map(str, files)))
+        return
     with ProgressBar(unit='s') as bar:
         files = render_run(
-            _filmed(run),
+            chosen,
             out,
             still,
             (start, end),
@@ -97,9 +111,15 @@ def verify_bag(
     namespace: NamespaceOption = '',
 ) -> None:
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
+    from khr_bringup.bout.fight import FILE
+    from khr_bringup.bout.recorded import verify_bout
     from khr_bringup.recorded.verify import verify
 
-    raise typer.Exit(verify(run_named(str(bag)), namespace))
+    folder = run_named(str(bag))
+    if (folder / FILE).is_file():
+        with ProgressBar(unit='s') as bar:
+            raise typer.Exit(verify_bout(folder, lambda time: bar.show('repeating', time)))
+    raise typer.Exit(verify(folder, namespace))
 
 
 def recover_bag(

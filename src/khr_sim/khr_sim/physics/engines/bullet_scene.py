@@ -5,17 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 from khr_common.maths.rotation import matrix, pitched
+from khr_description.robot import Robot
+from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.camera import SUN, Camera, Picture
 from khr_sim.physics.engines.bullet import Bullet, bullet
 
 STRIPE = 0.05  # m, along the slope
 HALF_WIDTH, THICKNESS = 0.18, 0.015  # m
+RING = 1.0  # m, half the width under several robots
+BLUE, RED = (
+    'rgba="0.12 0.25 0.62 1"',
+    'rgba="0.72 0.12 0.10 1"',
+)  # suit of all, of the first of several
 STRIPES = 56  # enough for the widest image
 COLORS = ((0.92, 0.90, 0.85, 1.0), (0.85, 0.82, 0.75, 1.0))
 
 
 class BulletScene(Bullet):
     """A scene for rendering: the robot takes recorded poses, and the slope follows the camera."""
+
+    def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
+        super().__init__(parameters, robot, robots)
+        if robots > 1:
+            self._urdfs[0] = self._urdfs[0].replace(BLUE, RED)
 
     def reset(self, inclination: float) -> None:
         """Restart on ground inclined by an angle in rad."""
@@ -50,9 +62,10 @@ class BulletScene(Bullet):
         return Picture(np.ascontiguousarray(colors), slope)
 
     def _stripe(self, number: int) -> int:
+        half_width = HALF_WIDTH if len(self.bodies) == 1 else RING
         shape = bullet.createVisualShape(
             bullet.GEOM_BOX,
-            halfExtents=(STRIPE / 2.0, HALF_WIDTH, THICKNESS / 2.0),
+            halfExtents=(STRIPE / 2.0, half_width, THICKNESS / 2.0),
             visualFramePosition=((number - STRIPES / 2.0 + 0.5) * STRIPE, 0.0, -THICKNESS / 2.0),
             rgbaColor=COLORS[number % 2],
             physicsClientId=self.client,

@@ -1,0 +1,117 @@
+"""The referee of a bout: who stays down, who leaves the ring, when the time is over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import Any, NamedTuple
+
+from khr_analysis.outcome import Outcome
+from khr_common import ParameterError, parameter
+
+RED, BLUE = ROBOTS = ('red', 'blue')
+DRAW = 'draw'
+NEAREST = (
+    0.16  # m between the soles of two robots at the start, middle to middle; toes nearly meet
+)
+
+
+def _start(x: float, heading_deg: float) -> Any:
+    return parameter(
+        (x, 0.0, heading_deg),
+        'Place of the soles, x and y in m, and heading in deg (0 faces along x) at the start.',
+        length=3,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class RefereeParameters:
+    """The rules of a bout.
+
+    Raises:
+        ParameterError: if a robot starts outside of the ring, or inside the other one.
+    """
+
+    rounds: int = parameter(
+        1, 'Rounds, each with seeds of its own; the bout ends when one has won most.', '[1, 99]'
+    )
+    time_limit: float = parameter(180.0, 'Time of a round.', '[0.1, 3600] s')
+    down_time: float = parameter(
+        3.0, 'Time that a robot must stay down to lose the round.', '[0, 60] s'
+    )
+    ring_width: float = parameter(
+        1.8, 'Distance between two opposite edges of the octagonal ring.', '[0.5, 10] m'
+    )
+    red_start: tuple[float, ...] = _start(-0.3, 0.0)
+    blue_start: tuple[float, ...] = _start(0.3, 180.0)
+
+    def __post_init__(self) -> None:
+        for name in ('red_start', 'blue_start'):
+            place = getattr(self, name)
+            if beyond(place, self.ring_width):
+                raise ParameterError(
+                    f'{name}: {list(place)} is not accepted; accepted: a place in the ring'
+                )
+        apart = hypot(*(self.red_start[n] - self.blue_start[n] for n in range(2)))
+        if apart < NEAREST:
+            raise ParameterError(
+                f'blue_start: {list(self.blue_start)} is not accepted; accepted: '
+                f'{NEAREST:g} m from red_start at least'
+            )
+
+
+class Decision(NamedTuple):
+    """The end of a round."""
+
+    winner: str  # red, blue or draw
+    reason: str  # in a few words
+    time: float  # s
+
+
+def beyond(place: Sequence[float], width: float) -> bool:
+    """Return whether a place (x, y, ...) in m is outside of an octagon of a width in m."""
+    x, y = abs(place[0]), abs(place[1])
+    return max(x, y, (x + y) / sqrt(2.0)) > width / 2.0
+
+
+class Referee:
+    """Judge one round by the outcomes and places of both robots.
+
+    A robot loses that has stayed down for the time of the rules, or that has left the ring with
+    its torso. While both are down both are counted: a round in which both lose is a draw, as is one
+    that lasts its whole time.
+    """
+
+    def __init__(self, rules: RefereeParameters) -> None:
+        self._rules = rules
+
+    def judge(
+        self, time: float, outcomes: Mapping[str, Outcome], places: Mapping[str, Sequence[float]]
+    ) -> Decision | None:
+        """Return the decision at a sample; None while the round goes on.
+
+        Args:
+            time: of the sample, s.
+            outcomes: of both robots so far; each falls as soon as it is down.
+            places: of both torsos on the ground, x and y in m.
+        """
+        out = [robot for robot in ROBOTS if beyond(places[robot], self._rules.ring_width)]
+        if out:
+            return _lost(out, 'out of the ring', time)
+        down = {
+            robot: each.fell_at for robot, each in outcomes.items() if each.fell_at is not None
+        }
+        counted = [robot for robot, since in down.items() if time - since >= self._rules.down_time]
+        if counted and len(counted) == len(down):
+            return _lost(counted, f'down for {self._rules.down_time:g} s', time)
+        if time >= self._rules.time_limit - 1e-9:
+            return Decision(DRAW, 'time', time)
+        return None
+
+
+def _lost(robots: Sequence[str], how: str, time: float) -> Decision:
+    if len(robots) > 1:
+        return Decision(DRAW, f'both {how}', time)
+    return Decision(BLUE if robots[0] == RED else RED, f'{robots[0]} {how}', time)

@@ -1,0 +1,1 @@
+"""Bouts: two robots in one ring."""

@@ -1,0 +1,135 @@
+"""Run a bout offline: the cores of both robots, called in turn, in one world."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from khr_analysis.outcome import Outcome
+from khr_analysis.outcome_values import values_of
+from khr_analysis.referee import DRAW, Decision, Referee
+from khr_bringup.bout.bout import Bout
+from khr_bringup.offline import ControlLoop
+from khr_common.arithmetic import in_force
+from khr_common.errors import KhrError, RunError
+from khr_common.files import write_text
+from khr_sim.physics.truth import GroundTruth
+from khr_sim.plant import Plant
+from khr_sim.run_parameters import RunParameters
+
+FILE = 'bout.json'
+# Called at each sample of a round, from 0, with state and control loop of each robot.
+Watch = Callable[[int, Mapping[str, GroundTruth], Mapping[str, ControlLoop]], object]
+
+
+@dataclass(frozen=True)
+class Round:
+    """The result of a round."""
+
+    decision: Decision
+    outcomes: Mapping[str, Outcome]  # of each robot
+    # SHA-256 in hex over the states of both robots at every control period, red's ahead of blue's
+    trajectory_hash: str
+
+
+@dataclass(frozen=True)
+class BoutResult:
+    """The result of a bout."""
+
+    bout: Bout
+    rounds: list[Round]
+    wall_time: float  # s, the start of each world included
+
+    @property
+    def won(self) -> Counter[str]:
+        """Return how many rounds each robot has won."""
+        return Counter(
+            each.decision.winner for each in self.rounds if each.decision.winner != DRAW
+        )
+
+    @property
+    def winner(self) -> str:
+        """Return who has won most rounds: red, blue or draw."""
+        first, *second = [*self.won.most_common(2), (DRAW, 0)][:2]
+        return DRAW if first[1] == (second[0][1] if second else 0) else first[0]
+
+    @property
+    def real_time_factor(self) -> float:
+        """Return simulated over wall time."""
+        return sum(each.decision.time for each in self.rounds) / max(self.wall_time, 1e-9)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of ``bout.json``: numbers in SI units."""
+        return {
+            'bout': self.bout.name,
+            'winner': self.winner,
+            'rounds': [
+                {
+                    'winner': each.decision.winner,
+                    'reason': each.decision.reason,
+                    'time_s': each.decision.time,
+                    **{
+                        robot: {'verdict': outcome.verdict, **values_of(outcome)}
+                        for robot, outcome in each.outcomes.items()
+                    },
+                    'trajectory_hash': each.trajectory_hash,
+                }
+                for each in self.rounds
+            ],
+            'real_time_factor': round(self.real_time_factor, 3),
+            'arithmetic': in_force(),
+        }
+
+
+def run_bout(bout: Bout, watch: Watch | None = None) -> BoutResult:
+    """Run the rounds of a bout as fast as the physics goes.
+
+    Raises:
+        RunError: if a robot's code fails; the text names the robot.
+    """
+    began, result = time.monotonic(), BoutResult(bout, [], 0.0)
+    for number in range(bout.rules.rounds):
+        result.rounds.append(_run_round(bout, number, watch))
+        if max(result.won.values(), default=0) > bout.rules.rounds / 2:
+            break
+    return BoutResult(bout, result.rounds, time.monotonic() - began)
+
+
+def write_bout(folder: Path, result: BoutResult) -> None:
+    """Write ``bout.json`` of a bout."""
+    write_text(folder / FILE, json.dumps(result.to_json(), indent=2) + '\n')
+
+
+def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
+    robots = bout.in_round(number)
+    referee = Referee(bout.rules)
+    plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
+    try:
+        loops = {name: ControlLoop(each) for name, each in robots.items()}
+        states = plant.start([loop.reference(0.0) for loop in loops.values()])
+        while True:
+            truths = dict(zip(robots, states, strict=True))
+            targets, outcomes = list[list[float]](), dict[str, Outcome]()
+            for name, loop in loops.items():
+                try:
+                    targets.append(loop.answer(truths[name]))
+                except KhrError as error:
+                    raise RunError(f'{name}: {error}') from error
+                assert loop.outcome is not None
+                outcomes[name] = loop.outcome
+            if watch is not None:
+                watch(number, truths, loops)
+            now = states[0].stamp_ns / 1e9
+            places = {name: truth.position.tolist() for name, truth in truths.items()}
+            decision = referee.judge(now, outcomes, places)
+            if decision is not None:
+                return Round(decision, outcomes, plant.trajectory_hash)
+            plant.answer(targets)
+            states = plant.advance()
+    finally:
+        plant.close()

@@ -1,0 +1,159 @@
+"""The folder of a bout: written while it runs, repeated and compared afterwards."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from khr_analysis.referee import ROBOTS
+from khr_bringup.bout.bag import RoundBag
+from khr_bringup.bout.bout import Bout, parse_bout
+from khr_bringup.bout.fight import FILE, BoutResult, run_bout, write_bout
+from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
+from khr_bringup.offline import ControlLoop
+from khr_bringup.recorded.bags import read_messages
+from khr_bringup.recorded.comparison import SideBySide, compared_topics, numbers_of
+from khr_bringup.recorded.integrity import check_bag
+from khr_bringup.run_folder import SCENARIO
+from khr_common.errors import KhrError
+from khr_common.files import write_text
+from khr_common.text.strict_yaml import read_file
+from khr_sim.physics.truth import GroundTruth
+
+Show = Callable[[float], object]  # takes the simulated time of the bout so far, s
+
+
+def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: None) -> BoutResult:
+    """Run a bout; write its scenario, the bag of each round and ``bout.json``.
+
+    Args:
+        bout: to run.
+        folder: claimed for it.
+        record: whether to write bags.
+        show: called at each sample.
+    """
+    text = as_run(bout.robots[ROBOTS[0]], bout.to_yaml())
+    write_text(folder / SCENARIO, text)
+    bags: list[RoundBag] = []
+    before = _Clock(show)
+
+    def watch(
+        number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
+    ) -> None:
+        if record and len(bags) == number:
+            bags.append(RoundBag(bag_of_round(folder, number), bout, text))
+        if record:
+            bags[number].take(truths, loops)
+        before(number, truths, loops)
+
+    rounds: list[Any] = []
+    try:
+        result = run_bout(bout, watch)
+        rounds += result.rounds
+    finally:
+        for number, bag in enumerate(bags):
+            bag.close(rounds[number] if number < len(rounds) else None)
+    write_bout(folder, result)
+    return result
+
+
+def bag_of_round(folder: Path, number: int) -> Path:
+    """Return the bag of a round, from 0, in the folder of its bout."""
+    return folder / f'round_{number + 1}' / 'bag'
+
+
+def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
+    """Return a bout as it ran, and the content of its ``bout.json``.
+
+    Raises:
+        KhrError: if the folder is not that of a bout, or it ran with another version.
+    """
+    file = folder / FILE
+    try:
+        ended = json.loads(file.read_bytes())
+        hashes = [each['trajectory_hash'] for each in ended['rounds']]
+        if not (hashes and all(isinstance(each, str) for each in hashes)):
+            raise ValueError('no rounds in it')
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        text = error.strerror if isinstance(error, OSError) else error
+        raise KhrError(f'{file}: {text}; accepted: the file that khr bout writes') from error
+    text = read_file(folder / SCENARIO)
+    bout = parse_bout(text, str(folder / SCENARIO), str(ended.get('bout', folder.name)))
+    red = bout.robots[ROBOTS[0]]
+    made, here = version_in(text), version_of(red)
+    other = differences(text, library_versions(bout.engine))
+    if other or made != here:
+        raise KhrError(
+            f'{folder}: made with {other or f"code version {made}, here {here}"}; accepted: what '
+            'was made with the same, to be repeated bit for bit'
+        )
+    return bout, ended
+
+
+def verify_bout(folder: Path, show: Show = lambda _: None) -> int:
+    """Repeat a bout, print all that differs from its bags and ``bout.json``.
+
+    Returns:
+        0 if nothing does.
+
+    Raises:
+        KhrError: as :func:`recorded_bout`, or if a bag is damaged.
+    """
+    bout, ended = recorded_bout(folder)
+    print(f'bout {bout.title or bout.name}')
+    sides = _recorded_sides(folder, len(ended['rounds']))
+    clock = _Clock(show)
+
+    def watch(
+        number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
+    ) -> None:
+        clock(number, truths, loops)
+        for robot, loop in loops.items():
+            if (number, robot) in sides:
+                sides[number, robot].take(truths[robot], loop)
+
+    result = run_bout(bout, watch)
+    repeated = result.to_json()
+    found = [
+        f'{folder / FILE}: {key}: differs'
+        for key in ('winner', 'rounds')
+        if ended.get(key) != repeated[key]
+    ]
+    for number, (before, after) in enumerate(zip(ended['rounds'], result.rounds, strict=False), 1):
+        print(f'round {number} recorded {before["trajectory_hash"]}')
+        print(f'round {number} repeated {after.trajectory_hash}')
+    for (number, robot), side in sides.items():
+        where = f'round {number + 1} {robot}'
+        print(f'{where}: compared {side.instants} samples of {side.topics} topics')
+        end_ns = round(result.rounds[number].decision.time * 1e9) if side.instants else 0
+        found += [f'{where}: {each}' for each in side.differences(end_ns, interrupted=False)]
+    print('\n'.join([*found, 'different' if found else 'same']))
+    return 1 if found else 0
+
+
+def _recorded_sides(folder: Path, rounds: int) -> dict[tuple[int, str], SideBySide]:
+    """Return the bags of a bout for comparison, by round from 0 and robot."""
+    found = {}
+    for number in range(rounds):
+        bag = bag_of_round(folder, number)
+        if bag.exists():
+            check_bag(bag)
+            for robot in ROBOTS:
+                messages = read_messages(bag, compared_topics(), numbers_of, robot)
+                found[number, robot] = SideBySide(messages)
+    return found
+
+
+class _Clock:
+    """Add up the times of the rounds for a callback."""
+
+    def __init__(self, show: Show) -> None:
+        self._show, self._round, self._before, self._now = show, 0, 0.0, 0.0
+
+    def __call__(self, number: int, truths: Mapping[str, GroundTruth], _: Any) -> None:
+        if number != self._round:
+            self._round, self._before = number, self._before + self._now
+        self._now = next(iter(truths.values())).stamp_ns / 1e9
+        self._show(self._before + self._now)

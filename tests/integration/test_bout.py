@@ -1,0 +1,92 @@
+"""``khr bout``: folder, bags, repetition, film and reports of both robots."""
+
+import json
+
+import pytest
+from PIL import Image
+
+from khr.runs import load
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.fight import run_bout
+from tests.support.runs import khr
+
+SHORT = ('--engine', 'mujoco', '--set', 'referee.time_limit=0.3', '--set', 'referee.rounds=2')
+
+
+@pytest.fixture(scope='module')
+def fought(tmp_path_factory):
+    """Return the folder of a short bout of two rounds, and the summary that was printed."""
+    folder = tmp_path_factory.mktemp('bout') / 'fought'
+    ended = khr('bout', 'shove', *SHORT, '--out', folder)
+    assert ended.code == 0, ended.err
+    return folder, ended.out
+
+
+def test_the_summary_has_winner_hashes_and_folder(fought):
+    folder, said = fought
+    stored = json.loads((folder / 'bout.json').read_text())
+    hashes = [each['trajectory_hash'] for each in stored['rounds']]
+    assert len(set(hashes)) == 2  # each round has its own noise
+    for number, each in enumerate(hashes, 1):
+        assert f'round {number} trajectory hash {each}' in said
+    assert 'draw (0 : 0)' in said
+    assert f'folder {folder}' in said
+
+
+def test_a_bout_repeats_bit_for_bit_and_a_change_is_found(fought, tmp_path):
+    folder, _ = fought
+    same = khr('verify', folder)
+    assert same.code == 0, same.err + same.out
+    assert 'round 2 blue: compared 21 samples of' in same.out
+    assert same.out.splitlines()[-1] == 'same'
+    stored = json.loads((folder / 'bout.json').read_text())
+    for each in folder.iterdir():
+        (tmp_path / each.name).symlink_to(each)
+    (tmp_path / 'bout.json').unlink()
+    stored['rounds'][1]['blue']['verdict'] = 'fell'
+    (tmp_path / 'bout.json').write_text(json.dumps(stored))
+    other = khr('verify', tmp_path)
+    assert other.code == 1
+    assert 'bout.json: rounds: differs' in other.out
+
+
+def test_a_bag_holds_both_robots_and_one_clock(fought):
+    folder, _ = fought
+    place = folder / 'round_1'
+    red, blue = (load(place, namespace=robot) for robot in ('red', 'blue'))
+    assert len(red.signals.time) == len(blue.signals.time) == 21
+    assert red.signals.pose[0, 0] < 0.0 < blue.signals.pose[0, 0]
+    assert red.scenario.of('gait')['motion'] == 'file'
+    assert blue.scenario.of('gait')['motion'] == 'stand'
+
+
+def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):
+    folder, _ = fought
+    ended = khr(
+        'film', folder, '--still', '0.2', '--width', 320, '--height', 240, '--out', tmp_path / 'a'
+    )
+    assert ended.code == 0, ended.err
+    with Image.open(tmp_path / 'a.png') as picture:
+        assert picture.size == (320, 240)
+        pixels = list(picture.convert('RGB').get_flattened_data())
+    assert sum(r > 100 and g < 60 and b < 60 for r, g, b in pixels) > 50  # the red suit
+    assert sum(r < 60 and g < 90 and b > 90 for r, g, b in pixels) > 50  # and the blue one
+
+
+@pytest.mark.parametrize('arguments', [['--against', 'last'], ['--namespace', 'red']])
+def test_a_film_of_a_bout_takes_no_other_robot(fought, arguments):
+    ended = khr('film', fought[0], *arguments)
+    assert (ended.code, ended.err.count('\n')) == (2, 1)
+    assert 'not accepted of a bout' in ended.err
+
+
+def test_a_mistake_in_a_bout_is_one_line():
+    ended = khr('bout', 'shove', '--set', 'referee.round=3')
+    assert (ended.code, ended.err.count('\n')) == (2, 1)
+    assert 'did you mean rounds?' in ended.err
+
+
+def test_a_shove_topples_who_only_stands():
+    """As the title says."""
+    result = run_bout(load_bout('shove').set_to(['simulator.engine=mujoco']))
+    assert (result.winner, result.rounds[0].decision.reason) == ('red', 'blue down for 3 s')
