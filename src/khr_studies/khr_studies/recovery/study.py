@@ -110,7 +110,7 @@ CASES = (
 
 
 def _watched(scenario: Scenario) -> Row:
-    """Run a scenario; return whether the robot fell, its slip and the number of its steps."""
+    """Run a scenario; return whether and when the robot fell, its slip and its steps."""
     steps, before = 0, 0.0
 
     def count(_: object, loop: Any, __: object) -> None:
@@ -120,7 +120,12 @@ def _watched(scenario: Scenario) -> Row:
         before = phase
 
     outcome = run_offline(scenario, count).outcome
-    return {'fell': outcome.fell, 'largest_slip_m': outcome.largest_slip, 'steps': int(steps)}
+    return {
+        'fell': outcome.fell,
+        'fell_at_s': outcome.fell_at,
+        'largest_slip_m': outcome.largest_slip,
+        'steps': int(steps),
+    }
 
 
 def push_once(condition: PushCondition, impulse: float, angle: float | None = None) -> Row:

@@ -61,15 +61,31 @@ def push(
             '--measured', help='With --recovery: write the page from the data, without runs.'
         ),
     ] = False,
+    search: Annotated[
+        bool,
+        typer.Option(
+            '--search',
+            help='With --recovery: search the shape of the step against pushes from --direction '
+            'instead; writes recovery.yaml into --out, runs/recovery_search by default. The same '
+            'command resumes.',
+        ),
+    ] = False,
+    candidates: Annotated[int, typer.Option(help='Candidates of each search.')] = 200,
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
+    if search and not recovery:
+        raise KhrError('--search: not accepted without --recovery')
     if recovery:
-        if (ka, duration, direction, gyro) != (KA, DURATIONS, DIRECTIONS, GYROS):
+        own = (ka, duration, DIRECTIONS if search else direction, gyro)
+        if own != (KA, DURATIONS, DIRECTIONS, GYROS):
             raise KhrError(
-                '--recovery: has pushes of its own; accepted: without --ka, --duration, --direction '
-                'and --gyro'
+                '--recovery: has pushes of its own; accepted: without --ka, --duration, --gyro, '
+                'and without --direction unless --search'
             )
-        _push_with_recovery(out or Path('docs'), seeds, workers, measured)
+        if search:
+            _search_recovery(direction.split(','), candidates, workers, out)
+        else:
+            _push_with_recovery(out or Path('docs'), seeds, workers, measured)
         return
     from khr_report.folders import make_folder
     from khr_studies.push import limits as push_limits
@@ -103,6 +119,16 @@ def _push_with_recovery(out: Path, seeds: int, workers: int | None, measured: bo
         else study.study(seeds=seeds, workers=workers)
     )
     print(page.write(runs, path))
+
+
+def _search_recovery(
+    directions: list[str], candidates: int, workers: int | None, out: Path | None
+) -> None:
+    from khr_studies.recovery import search
+
+    folder = out or search.ROOT
+    asked = [search.Search(direction, candidates) for direction in directions]  # type: ignore[arg-type]
+    print(search.write([search.search(each, workers, folder) for each in asked], folder))
 
 
 @options_of(searches.critical)
