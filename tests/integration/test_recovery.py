@@ -12,6 +12,7 @@ from khr_common.interfaces import RECOVERY_STATE
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_studies.push.study import START, PushCondition, falls
+from khr_studies.recovery.study import Case, push_walk
 
 ENGINES = ('mujoco', 'bullet')
 ENABLED = (('recovery', 'enabled'), True)
@@ -87,6 +88,19 @@ def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclinati
     force = times * HELD[direction, inclination] / 0.1
     assert falls(condition(direction, inclination, engine), force)
     assert not falls(condition(direction, inclination, engine, ENABLED), force)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('engine', ENGINES)
+@pytest.mark.parametrize(
+    ('direction', 'phase', 'impulse'), [('behind', 0.25, 0.65), ('front', 0.0625, 0.62)]
+)
+def test_a_step_out_of_a_walk_holds_a_push_that_topples_it(direction, phase, impulse, engine):
+    case = Case(direction)
+    assert push_walk(case.condition(engine, motion='walk'), impulse, phase)['fell']
+    stepped = push_walk(case.condition(engine, recovery=True, motion='walk'), impulse, phase)
+    assert not stepped['fell']
+    assert stepped['steps'] == 1
 
 
 @pytest.mark.parametrize(

@@ -42,12 +42,16 @@ class CaptureEstimator:
         """Use changed parameters from the next sample on; the state is kept."""
         self.parameters = parameters
 
-    def update(self, pitch_rate: float, foot_forces: Sequence[float]) -> Estimate:
+    def update(
+        self, pitch_rate: float, foot_forces: Sequence[float], moving: bool = False
+    ) -> Estimate:
         """Return the estimate for a sample.
 
         Args:
             pitch_rate: reading of the gyro, rad/s, forward positive.
             foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.
+            moving: whether the reference moves. The estimate then is the distance of the body from
+                where its motion takes it: it forgets with ``moving_time_constant``.
 
         Raises:
             KhrError: if a value is not finite.
@@ -61,7 +65,9 @@ class CaptureEstimator:
         self._com += (own.tipping_height if tips else own.height) * rate * own.control_period
         still = abs(rate) < radians(own.quiet_rate_deg)
         self._quiet = self._quiet + own.control_period if still else 0.0
-        if self._quiet > own.quiet_time and load > LOADED:
+        if moving:
+            self._com -= self._com * own.control_period / own.moving_time_constant
+        elif self._quiet > own.quiet_time and load > LOADED:
             pressure = own.sole_distance * (l_toe + r_toe - l_heel - r_heel) / load
             self._com += (pressure - self._com) * own.control_period / own.quiet_time_constant
         com = self._com + own.gyro_lag * speed

@@ -34,16 +34,38 @@ class RecoveryParameters:
     rate_threshold_deg: tuple[float, ...] = _pair(
         'pitch rate above which the robot steps, if the capture point is beyond its threshold as '
         'well.',
-        50.0,
+        35.0,
         50.0,
         '[0, 500] deg/s',
     )
     tipping_threshold: tuple[float, ...] = _pair(
         'distance of the capture point from the middle of the soles above which the robot steps '
-        'at any rate above ``quiet_rate_deg``: it is beyond the soles, and the fall is slow.',
+        'at a lower rate: a force goes on, or the fall is slow.',
         0.065,
-        0.065,
+        0.03,
         '[0, 0.3] m',
+    )
+    tipping_rate_deg: tuple[float, ...] = _pair(
+        'pitch rate above which it does so.', 10.0, 20.0, '[0, 500] deg/s'
+    )
+    slow_rate_deg: tuple[float, ...] = _pair(
+        'pitch rate above which a fall is no slow one, once it was reached.',
+        500.0,
+        33.0,
+        '[0, 500] deg/s',
+    )
+    moving_threshold: tuple[float, ...] = _pair(
+        'distance of the capture point beyond the support of a moving reference above which the '
+        'robot stops it and steps; 0.3 leaves it alone.',
+        -0.01,
+        -0.01,
+        '[-0.1, 0.3] m',
+    )
+    moving_rate_deg: tuple[float, ...] = _pair(
+        'pitch rate above which it does so, if the capture point is beyond as well.',
+        50.0,
+        50.0,
+        '[0, 500] deg/s',
     )
     step_length: tuple[float, ...] = _pair('length of the step.', 0.0992, 0.0672, '[0, 0.16] m')
     swing_time: tuple[float, ...] = _pair(
@@ -70,6 +92,9 @@ class RecoveryParameters:
         0.29,
         '[-0.5, 0.5] rad',
     )
+    tipping_ankle_push: tuple[float, ...] = _pair(
+        'the same in a step by ``tipping_threshold``.', 0.074, 0.12, '[-0.5, 0.5] rad'
+    )
     ankle_roll: tuple[float, ...] = _pair(
         'roll of the standing ankle during the swing, outward positive.',
         0.1034,
@@ -82,7 +107,7 @@ class RecoveryParameters:
     split_shift: tuple[float, ...] = _pair(
         'centre of mass ahead of the middle of the split stance.',
         -0.0052,
-        -0.0085,
+        -0.0045,
         '[-0.08, 0.08] m',
     )
     split_drop: tuple[float, ...] = _pair(
@@ -131,6 +156,11 @@ class RecoveryParameters:
     quiet_time_constant: float = parameter(
         0.5, 'Time constant with which it follows them.', '[0.02, 60] s'
     )
+    moving_time_constant: float = parameter(
+        0.5,
+        'Time constant with which the estimate forgets while the reference moves.',
+        '[0.02, 60] s',
+    )
     control_period: float = sample_period()
 
 
@@ -146,12 +176,17 @@ class StepShape:
     threshold: float
     rate_threshold_deg: float
     tipping_threshold: float
+    tipping_rate_deg: float
+    slow_rate_deg: float
+    moving_threshold: float
+    moving_rate_deg: float
     step_length: float
     swing_time: float
     clearance: float
     landing_height: float
     bow: float
     ankle_push: float
+    tipping_ankle_push: float
     ankle_roll: float
     settle_time: float
     split_shift: float

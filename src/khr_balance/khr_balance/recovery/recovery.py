@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import radians
 
+import numpy as np
+
 from khr_balance.gaits.body import Array
-from khr_balance.joints import INDEX
+from khr_balance.joints import INDEX, SIDES, other_side
 from khr_balance.recovery.closing import closing_angles
 from khr_balance.recovery.estimator import CaptureEstimator, Estimate
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters, StepShape
@@ -26,15 +29,18 @@ from khr_common.published import NO_LOAD_SPEED
 
 LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
+UNDAMPED = 1.25  # times the rate of a fall, in a walk without ankle control: it pitches more
+SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
 
 class Recovery(Block[RecoveryParameters]):
-    """Step when the standing robot falls, and take the joints over meanwhile.
+    """Step when the robot falls, and take the joints over meanwhile.
 
     The correction is the own target minus the reference and the corrections of ankle and hip, so
-    that the sum of all is the own target. It is exactly zero while the node waits. The node waits
-    as long as the reference moves. Head and arms stay with the reference.
+    that the sum of all is the own target. It is exactly zero while the node waits. A step out of a
+    motion ends it: the robot stands, with ankle and hip control, until the reference does so too.
+    Head and arms stay with the reference.
     """
 
     subscribes = (JOINT_REFERENCE, GYRO, *FOOT_FORCES, *FADED)
@@ -44,13 +50,16 @@ class Recovery(Block[RecoveryParameters]):
         super().__init__(parameters)
         self._estimator = CaptureEstimator(parameters)
         self._stance: Stance | None = None
-        self._steps: list[tuple[StepShape, Array]] = []  # forward, backward, with their closing
+        self._here: Stance | None = None  # of the last sample of a motion
+        # by direction and foot: the shape, and the angles of the closing
+        self._steps: dict[tuple[int, str], tuple[StepShape, Array]] = {}
         self._step: Step | None = None
         self._phase = Phase.WAITING
         self._target: Sequence[float] = ()  # 17 angles, rad
         self._held: Sequence[float] = ()  # last target of the step
         self._returned = 0.0  # part of return_time
         self._com_at_rest = 0.0
+        self._fastest = [0.0, 0.0]  # rate of a fall so far, forward and backward, rad/s
 
     def configure(self, parameters: RecoveryParameters) -> None:
         """Use changed parameters from the next sample on; a step goes on as it began."""
@@ -67,53 +76,131 @@ class Recovery(Block[RecoveryParameters]):
         """
         own = self.parameters
         reference = list(signals[JOINT_REFERENCE])
-        others = _sum(reference, signals)
         forces = [signals[topic][2] for topic in FOOT_FORCES]
-        estimate = self._estimator.update(signals[GYRO][1], forces)
         if self._stance is None:
             self._stance = Stance(reference)
             self._plan(self._stance)
-        standing = reference == self._stance.posture
-        if own.enabled and standing and self._phase is Phase.WAITING:
-            self._decide(self._stance, estimate)
+        stance = self._stance
+        moving = any(
+            abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
+        )
+        walks = moving and self._phase is Phase.WAITING
+        estimate = self._estimator.update(signals[GYRO][1], forces, walks)
+        others = _sum(reference, signals)
+        if own.enabled and self._phase is Phase.WAITING:
+            if moving:
+                damped = any(signals[ANKLE_CORRECTION])
+                self._decide_in_motion(Stance(reference), estimate, 1.0 if damped else UNDAMPED)
+            else:
+                self._decide(stance, estimate)
         share, correction = 1.0, ZERO
         if self._phase is Phase.WAITING:
             self._target = others
-            if abs(estimate.rate) < radians(own.quiet_rate_deg):
+            if moving:
+                self._com_at_rest = 0.0
+            elif abs(estimate.rate) < radians(own.quiet_rate_deg):
                 self._com_at_rest = estimate.com
         else:
-            wanted, share = self._wanted(estimate.rate, others)
+            standing = _sum(stance.posture, signals)
+            wanted, share = self._wanted(estimate.rate, standing, moving)
             most = NO_LOAD_SPEED * own.control_period
             self._target = [
                 last + min(max(goal - last, -most), most)
                 for last, goal in zip(self._target, wanted, strict=True)
             ]
-            correction = tuple(self._target[joint] - others[joint] for joint in LEGS)
+            if self._acts:
+                correction = tuple(self._target[joint] - others[joint] for joint in LEGS)
         state = (float(self._phase), estimate.com, estimate.capture_point, share)
         return correction, state
 
+    @property
+    def _acts(self) -> bool:
+        return self._phase is not Phase.WAITING
+
     def _plan(self, stance: Stance) -> None:
         own = self.parameters
-        shapes = [StepShape.of(own, direction) for direction in (FORWARD, BACKWARD)]
-        self._steps = [
-            (shape, closing_angles(stance, own.foot[0], shape, own)) for shape in shapes
-        ]
+        for direction in (FORWARD, BACKWARD):
+            shape = StepShape.of(own, direction)
+            for foot in SIDES:
+                closing = closing_angles(stance, foot, shape, own)
+                self._steps[direction, foot] = shape, closing
 
     def _decide(self, stance: Stance, estimate: Estimate) -> None:
-        """Begin a step if the capture point and the pitch rate are beyond their thresholds."""
-        own = self.parameters
-        for shape, closing in self._steps:
-            beyond, rate = shape.sign * estimate.capture_point, shape.sign * estimate.rate
-            fast = beyond > shape.threshold and rate > radians(shape.rate_threshold_deg)
-            if fast or (beyond > shape.tipping_threshold and rate > radians(own.quiet_rate_deg)):
-                lean = (estimate.com - self._com_at_rest) / own.tipping_height
-                self._step = Step(
-                    stance, own.foot[0], shape, closing, self._target, lean, own.control_period
-                )
-                self._phase, self._returned = Phase.SWING, 0.0
+        """Begin a step if the capture point and the pitch rate are beyond their thresholds.
 
-    def _wanted(self, rate: float, others: list[float]) -> tuple[list[float], float]:
-        """Return the own target, rad, and the share of the other nodes in it."""
+        A slow fall is one that was never fast: a short push that the ankles hold ends slowly too.
+        """
+        own = self.parameters
+        for direction in (FORWARD, BACKWARD):
+            shape = self._steps[direction, own.foot[0]][0]
+            beyond, rate = shape.sign * estimate.capture_point, shape.sign * estimate.rate
+            fast = rate > radians(shape.rate_threshold_deg)
+            fastest = max(self._fastest[direction], rate) if rate > 0.0 else 0.0
+            self._fastest[direction] = fastest
+            slow = rate > radians(shape.tipping_rate_deg) and fastest < radians(
+                shape.slow_rate_deg
+            )
+            if fast and beyond > shape.threshold:
+                self._begin(direction, own.foot[0], stance, estimate)
+            elif slow and beyond > shape.tipping_threshold:
+                self._begin(
+                    direction, own.foot[0], stance, estimate, ankle_push=shape.tipping_ankle_push
+                )
+
+    def _decide_in_motion(self, here: Stance, estimate: Estimate, times: float) -> None:
+        """Begin a step if the capture point is beyond the support of a motion, and the rate high.
+
+        Args:
+            here: posture of the reference.
+            estimate: of the distance of the body from where the motion takes it.
+            times: the threshold of the rate counts.
+        """
+        own = self.parameters
+        before, self._here = self._here or here, here
+        for direction in (FORWARD, BACKWARD):
+            shape = self._steps[direction, own.foot[0]][0]
+            foot = here.free_foot(shape.sign)
+            other = other_side(foot)
+            com = float(here.com[0])
+            ahead = com - float(here.soles[other][0])
+            moved = ahead - float(before.com[0] - before.soles[other][0])
+            capture_point = (
+                com + moved / (own.control_period * own.growth_rate) + estimate.capture_point
+            )
+            edge = here.toe if direction == FORWARD else -here.heel
+            beyond, rate = shape.sign * capture_point - edge, shape.sign * estimate.rate
+            if beyond > shape.moving_threshold and rate > radians(times * shape.moving_rate_deg):
+                # The body is over the standing foot already.
+                self._begin(direction, foot, here, estimate, ankle_roll=0.0)
+
+    def _begin(
+        self, direction: int, foot: str, stance: Stance, estimate: Estimate, **changes: float
+    ) -> None:
+        assert self._stance is not None
+        own = self.parameters
+        planned, closing = self._steps[direction, foot]
+        shape = replace(planned, **changes)
+        way = np.array([shape.sign * shape.step_length, 0.0, 0.0])
+        if stance is not self._stance:
+            other = other_side(foot)
+            beside = stance.soles[other] + self._stance.soles[foot] - self._stance.soles[other]
+            way += beside - stance.soles[foot]
+        lean = (estimate.com - self._com_at_rest) / own.tipping_height
+        self._step = Step(
+            stance, foot, way, shape, closing, self._target, lean, own.control_period
+        )
+        self._phase, self._returned = Phase.SWING, 0.0
+
+    def _wanted(
+        self, rate: float, standing: list[float], moving: bool
+    ) -> tuple[list[float], float]:
+        """Return the own target, rad, and the share of the other nodes in it.
+
+        Args:
+            rate: pitch rate, rad/s.
+            standing: the stance with the corrections of the others, rad.
+            moving: whether the reference is elsewhere.
+        """
         if self._step is not None:
             self._held = self._step.update(rate)
             self._phase = self._step.phase
@@ -122,10 +209,11 @@ class Recovery(Block[RecoveryParameters]):
             return list(self._held), 0.0
         self._returned += self.parameters.control_period / self.parameters.return_time
         if self._returned >= 1.0:
-            self._phase = Phase.WAITING
-            return others, 1.0
+            if not moving:
+                self._phase = Phase.WAITING
+            return standing, 1.0
         share = minimum_jerk(self._returned)
-        return blended(self._held, others, share), share
+        return blended(self._held, standing, share), share
 
 
 def _sum(reference: Sequence[float], signals: Signals) -> list[float]:

@@ -7,31 +7,58 @@ from math import cos, sin
 
 import numpy as np
 
-from khr_balance.gaits.body import Array, forward
-from khr_balance.joints import SIDES
+from khr_balance.gaits.body import HEEL_X, TOE_X, Array, forward
+from khr_balance.joints import SIDES, other_side
 from khr_common.maths.rotation import applied
+
+LIFTED, TILTED = 0.004, 0.03  # m of a sole above the other, rad of a sole against the other
+OVER_ONE = 0.005  # m of the centre of mass from the midline, from which on one foot carries more
 
 
 class Stance:
-    """A posture on flat, parallel soles, in the frame of the soles: x ahead, z up.
+    """A posture in the frame of the sole that carries: x ahead, z up, from the middle of both.
 
     Attributes:
         posture: 17 joint angles, rad.
-        soles: (3,) place of each sole from the middle between both, by side, m.
-        com: (3,) centre of mass from there, m.
+        soles: (3,) place of each sole, by side, m.
+        com: (3,) centre of mass, m.
         torso_height: of the torso's origin, m.
         torso_pitch: rad.
+        heel, toe: x of the ends of the support, m.
     """
 
     def __init__(self, posture: Sequence[float]) -> None:
         self.posture = list(posture)
         body = forward(posture)
-        self._turn = body.sole_rotation['l']  # from the frame of the soles to that of the torso
+        tilt = float((body.sole_rotation['l'][:, 0] * body.sole_rotation['r'][:, 2]).sum())
+        self._on_toe = '' if abs(tilt) < TILTED else 'r' if tilt > 0.0 else 'l'
         self._middle = (body.sole_position['l'] + body.sole_position['r']) / 2.0
+        over_right = (body.centre_of_mass - self._middle)[1] < -OVER_ONE
+        carries = other_side(self._on_toe) if self._on_toe else 'r' if over_right else 'l'
+        self._turn = body.sole_rotation[carries]  # from the frame of this sole to the torso's
         self.soles = {side: self._from_torso(body.sole_position[side]) for side in SIDES}
         self.com = self._from_torso(body.centre_of_mass)
         self.torso_height = float(self._from_torso(np.zeros(3))[2])
         self.torso_pitch = float(np.arcsin(-self._turn[0, 2]))
+        low = min(float(sole[2]) for sole in self.soles.values()) + LIFTED
+        flat = [
+            float(sole[0])
+            for side, sole in self.soles.items()
+            if sole[2] < low and side != self._on_toe
+        ]
+        self.heel, self.toe = min(flat) + HEEL_X, max(flat) + TOE_X
+
+    def free_foot(self, sign: float) -> str:
+        """Return the side of the foot that carries less, else of the one that can step further.
+
+        Args:
+            sign: of the step, 1 forward, -1 backward.
+        """
+        if self._on_toe:
+            return self._on_toe
+        if abs(self.com[1]) > OVER_ONE:
+            return 'r' if self.com[1] > 0.0 else 'l'
+        return 'r' if sign * (self.soles['r'][0] - self.soles['l'][0]) < 0.0 else 'l'
 
     def _from_torso(self, point: Array) -> Array:
         return applied(self._turn.T, point - self._middle)

@@ -34,6 +34,7 @@ class Step:
     Args:
         stance: of the reference.
         foot: side of the foot that steps.
+        way: (3,) of this foot, from its place in the stance to its place on the ground, m.
         shape: of the step.
         closing: (N, 17) angles from the split stance to the stance, a row per period, rad.
         target: last target of the joints, rad.
@@ -48,6 +49,7 @@ class Step:
         self,
         stance: Stance,
         foot: str,
+        way: Array,
         shape: StepShape,
         closing: Array,
         target: Sequence[float],
@@ -55,7 +57,7 @@ class Step:
         period: float,
     ) -> None:
         self._stance, self._shape, self._closing = stance, shape, closing
-        self._foot, self._other = foot, other_side(foot)
+        self._foot, self._other, self._way = foot, other_side(foot), way
         self._start = self._last = list(target)
         self._lean, self._period, self._time, self._row = lean, period, 0.0, 0
         edge = TOE_X if shape.sign > 0.0 else HEEL_X
@@ -93,8 +95,7 @@ class Step:
         """Return the targets after a part of the swing, from 0 to 1."""
         shape, stance = self._shape, self._stance
         along = (1.0 - cos(pi * part)) / 2.0
-        place = stance.soles[self._foot].copy()
-        place[0] += shape.sign * shape.step_length * along
+        place = stance.soles[self._foot] + self._way * along
         place[2] += shape.clearance * sin(pi * part) + shape.landing_height * along
         sole, normal = stance.seen_from_torso(place, self._edge, self._lean)
         target = list(self._start)

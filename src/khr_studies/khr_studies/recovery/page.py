@@ -19,8 +19,11 @@ from khr_studies.recovery.study import (
     DECISION,
     GAIN,
     LEVELS,
+    PHASES,
     TIMES,
     UNLOADING,
+    WALK_GOAL,
+    WALK_TIMES,
     Case,
     bounds,
     held,
@@ -39,8 +42,12 @@ def write(runs: pd.DataFrame, out: Path) -> str:
 def summary(runs: pd.DataFrame) -> str:
     """Count the goals that are met."""
     rows = [row for row in pushes_held(runs) if row['robot'] == 0]
-    met = sum(row['met'] for row in rows)
-    return f'{met} of {len(rows)} goals of the default robot are met'
+    walks = [row for row in walks_held(runs) if row['robot'] == 0]
+    return f'{_met(rows)}; walking: {_met(walks)}'
+
+
+def _met(rows: list[Row]) -> str:
+    return f'{sum(row["met"] for row in rows)} of {len(rows)} goals of the default robot are met'
 
 
 def page(runs: pd.DataFrame, name: str) -> str:
@@ -49,8 +56,8 @@ def page(runs: pd.DataFrame, name: str) -> str:
     default = [row for row in rows if row['robot'] == 0]
     bound = [bounds(case) for case in CASES]
     oblique = runs[runs['part'] == 'oblique']
-    quiet = runs[runs['part'] == 'quiet']
-    upright = quiet[~quiet['fell'].astype(bool)]
+    quiet, walks = (_alarms(runs[runs['part'] == part]) for part in ('quiet', 'walks'))
+    walked = walks_held(runs)
     return page_text(
         __name__,
         files=name,
@@ -68,10 +75,15 @@ def page(runs: pd.DataFrame, name: str) -> str:
         decision=DECISION,
         unloading=UNLOADING,
         seeds=int(runs['seed'].max()),
-        quiet=len(upright) - 1,
+        quiet=quiet,
+        walks=walks,
         board=(BOARD_TIME, BOARD_DEG),
-        needless=int(upright['steps'].sum()),
-        fallen=len(quiet) - len(upright),
+        walked=table([row for row in walked if not row['robot']], WALKS),
+        walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
+        walk_summary=_met([row for row in walked if not row['robot']]),
+        walk_goal=WALK_GOAL,
+        walk_largest=max(WALK_TIMES),
+        phases=len(PHASES),
         summary=summary(runs),
     )
 
@@ -102,6 +114,44 @@ def pushes_held(runs: pd.DataFrame) -> list[Row]:
             }
         )
     return found
+
+
+def walks_held(runs: pd.DataFrame) -> list[Row]:
+    """Return for each case, engine and robot the limits of the walk and of its step, N s."""
+    limits = runs[runs['part'] == 'walk'].groupby(['case', 'engine', 'robot'])
+    steps = dict(iter(runs[runs['part'] == 'walk_step'].groupby(['case', 'engine', 'robot'])))
+    found = []
+    for key, each in limits:
+        case, engine, robot = key
+        weakest = each.loc[each['held'].idxmin()]
+        times, holes = held(steps[key], 'times')
+        limit = float(weakest['held'])
+        found.append(
+            {
+                **_names(CASES[int(case)]),
+                'engine': engine,
+                'robot': int(robot),
+                'phase': float(weakest['phase']),
+                'ankle': limit,
+                'held': limit * times,
+                'times': times,
+                'goal': WALK_GOAL,
+                'holes': [limit * hole for hole in holes],
+                'met': times >= WALK_GOAL and not holes,
+            }
+        )
+    return found
+
+
+def _alarms(runs: pd.DataFrame) -> Row:
+    """Count runs without a push: those that stay up and fall without the node, and its steps."""
+    falls = runs['fell_without'].astype(bool)
+    return {
+        'up': int((~falls).sum()),
+        'needless': int(runs['steps'][~falls].sum()),
+        'fallen': int(falls.sum()),
+        'saved': int((falls & ~runs['fell'].astype(bool)).sum()),
+    }
 
 
 def guards(runs: pd.DataFrame) -> list[Row]:
@@ -166,6 +216,22 @@ ROBOT_COLUMNS: Columns[Row] = {
     'push': COLUMNS['push'],
     'robot': lambda row: str(row['robot']),
     **{name: COLUMNS[name] for name in ('ankles, N s', 'step, N s', 'ratio', 'holes, N s')},
+}
+WALKS: Columns[Row] = {
+    'push': COLUMNS['push'],
+    'slope, deg': COLUMNS['slope, deg'],
+    'engine': COLUMNS['engine'],
+    'weakest phase': lambda row: f'{row["phase"]:g}',
+    'walk, N s': COLUMNS['ankles, N s'],
+    'step, N s': COLUMNS['step, N s'],
+    'ratio': lambda row: f'{row["times"]:g}',
+    'holes, N s': _holes,
+    'verdict': COLUMNS['verdict'],
+}
+OTHER_WALKS: Columns[Row] = {
+    'push': COLUMNS['push'],
+    'robot': ROBOT_COLUMNS['robot'],
+    **{name: WALKS[name] for name in ('walk, N s', 'step, N s', 'ratio', 'holes, N s')},
 }
 BOUNDS: Columns[Row] = {
     'push': COLUMNS['push'],

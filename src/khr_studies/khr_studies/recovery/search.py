@@ -34,13 +34,15 @@ ROOT = Path('runs/recovery_search')
 RANGES = {  # of the parameters searched, in their own units
     'threshold': (0.02, 0.06),
     'rate_threshold_deg': (15.0, 80.0),
-    'tipping_threshold': (0.03, 0.08),
+    'tipping_threshold': (0.02, 0.08),
+    'tipping_rate_deg': (5.0, 50.0),
     'step_length': (0.03, 0.14),
     'swing_time': (0.075, 0.3),
     'clearance': (0.005, 0.04),
     'landing_height': (-0.02, 0.01),
     'bow': (-0.6, 0.6),
     'ankle_push': (-0.1, 0.4),
+    'tipping_ankle_push': (-0.1, 0.4),
     'ankle_roll': (-0.05, 0.2),
     'settle_time': (0.05, 0.4),
     'split_shift': (-0.03, 0.03),
@@ -48,7 +50,8 @@ RANGES = {  # of the parameters searched, in their own units
 }
 SUBJECTS = (('mujoco', 0), ('bullet', 0), ('mujoco', 2), ('bullet', 5))  # engine, robot
 # Subjects by the level of a push, as a multiple of its goal.
-PLAN = {0.6: (0,), 0.8: (1,), 1.0: (0, 1, 2, 3), 1.1: (2, 3), 1.2: (0, 1)}
+PLAN = {0.7: (0,), 0.9: (1,), 1.0: (2,), 1.1: (3, 0)}
+LIMIT = 20  # runs of a bisection, about
 SEED = 11  # of the sensors; the study has other ones
 SPREAD = 0.1  # standard deviation of the first generation, in shares of the ranges
 POPULATION = 8  # candidates of a generation
@@ -146,13 +149,17 @@ def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool 
     start = [_share(name, value) for name, value in zip(RANGES, default, strict=True)]
     generations = asked.candidates // POPULATION
     title = f'recovery search, {asked.direction}'
+    cases = sum(case.direction == asked.direction for case in CASES)
+    pushes_each = sum(map(len, PLAN.values()))
+    runs = cases * (LIMIT * len(SUBJECTS) + (1 + generations * POPULATION) * pushes_each)
     with (
         local_pool(workers, '--workers') as pool,
-        ProgressBar(title, lines=True, quiet=quiet, final=True) as bar,
-        KeptJobs(pool, folder, version_of_study('recovery'), bar, {}) as kept,
+        ProgressBar(title, runs, lines=True, quiet=quiet, final=True) as bar,
+        KeptJobs(
+            pool, folder, version_of_study('recovery'), bar, {limit_of_ankles: LIMIT}
+        ) as kept,
     ):
         pushes = asked.pushes(kept)
-        bar.show(title, 0, (1 + generations * POPULATION) * len(pushes))
         before = best = (*_costs(kept, asked, pushes, [default])[0], default)
         optimiser = evolution(start, SPREAD, 1 + asked.seed, POPULATION)
         for _ in range(generations):

@@ -30,6 +30,8 @@ TABLE = RecoveryParameters(enabled=True)
 PERIOD = TABLE.control_period
 POSTURE = list(gait_of(GaitParameters(motion='stand')).reference(0.0))
 FAST, STILL = radians(120.0), 0.0
+WALK = GaitParameters(motion='walk', cycles=3)
+POSTURE_OF_WALK = gait_of(WALK).reference(0.0)
 
 
 def signals(rate, reference=POSTURE, ankle=0.0, hip=0.0):
@@ -77,14 +79,62 @@ def test_a_disabled_node_leaves_the_robot_to_fall():
     assert not Played(fall(), replace(TABLE, enabled=False)).correction.any()
 
 
-def test_a_moving_reference_is_left_alone():
-    node = Recovery(TABLE)
-    node.update(0.0, signals(0.0))
-    for n in range(1, 40):
-        moving = [angle + 0.001 * n for angle in POSTURE]
-        correction, state = node.update(n * PERIOD, signals(FAST, moving))
-        assert not any(correction)
-        assert state[0] == Phase.WAITING
+class Walked:
+    """A walk with a fall at a part of its first cycle."""
+
+    def __init__(self, part, sign=1.0, table=TABLE, first_foot='right'):
+        gait = gait_of(replace(WALK, first_foot=first_foot))
+        begin, end = gait.cycle(1)
+        falls = begin + part * (end - begin)
+        node = Recovery(table)
+        self.time = np.arange(0.0, gait.duration + 1.0, PERIOD)
+        self.reference = np.array([gait.reference(t) for t in self.time])
+        answers = [
+            node.update(t, signals(sign * FAST if 0.0 <= t - falls < 0.15 else STILL, list(each)))
+            for t, each in zip(self.time, self.reference, strict=True)
+        ]
+        self.correction = np.array([correction for correction, _ in answers])
+        self.phase = np.array([state[0] for _, state in answers])
+        self.target = self.reference.copy()
+        self.target[:, [INDEX[name] for name in RECOVERY_CORRECTION.names]] += self.correction
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_fall_in_a_walk_ends_it_by_a_step_and_leads_to_the_stance(sign):
+    walked = Walked(0.25, sign)
+    acts = walked.phase != Phase.WAITING
+    assert acts.any()
+    assert not walked.correction[~acts].any()
+    moves = np.abs(walked.reference - POSTURE_OF_WALK).max(axis=1) > 1e-5
+    stands = np.abs(walked.target - POSTURE_OF_WALK).max(axis=1) < 1e-9
+    assert (stands & moves)[walked.phase == Phase.RETURNING].any()  # the gait still walks
+    assert walked.phase[-1] == Phase.WAITING
+    speed = np.abs(np.diff(walked.target[acts], axis=0)) / PERIOD
+    assert speed.max() <= NO_LOAD_SPEED + 1e-9
+
+
+def test_a_walk_without_a_fall_or_with_a_far_threshold_is_left_alone():
+    assert not Walked(0.25, sign=0.0).correction.any()
+    assert not Walked(0.25, table=replace(TABLE, moving_threshold=(0.3, 0.3))).correction.any()
+
+
+def test_a_step_out_of_a_walk_is_mirrored_with_it():
+    right, left = (Walked(0.3, first_foot=foot).target for foot in ('right', 'left'))
+    for name in JOINTS:
+        other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
+        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
+        np.testing.assert_allclose(
+            right[:, INDEX[name]], sign * left[:, INDEX[other]], atol=1e-5, err_msg=name
+        )
+
+
+@pytest.mark.parametrize('part', [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35])
+def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part):
+    gait = gait_of(WALK)
+    begin, end = gait.cycle(1)
+    here = Stance(gait.reference(begin + part * (end - begin)))
+    assert here.free_foot(1.0) == here.free_foot(-1.0) == 'l'
+    assert here.heel < here.com[0] < here.toe
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -104,6 +154,13 @@ def test_a_slow_fall_beyond_the_soles_leads_to_a_step():
     without = Played([slow] * 100, replace(TABLE, tipping_threshold=(0.3, 0.3)))
     assert not without.phase.any()
     assert Played([slow] * 100).phase.any()
+
+
+def test_a_slow_fall_is_one_that_was_never_fast():
+    slow, fast = [radians(-25.0)] * 18, [radians(-45.0)] * 3
+    assert Played([*slow]).phase.any()
+    assert not Played([*fast, *slow]).phase.any()
+    assert Played([*fast, *slow], replace(TABLE, slow_rate_deg=(500.0, 500.0))).phase.any()
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
