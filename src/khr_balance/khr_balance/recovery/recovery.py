@@ -84,17 +84,17 @@ class Recovery(Block[RecoveryParameters]):
         moving = any(
             abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
         )
-        walks = moving and self._phase is Phase.WAITING
+        walks = moving and not self._acts
         estimate = self._estimator.update(signals[GYRO][1], forces, walks)
         others = _sum(reference, signals)
-        if own.enabled and self._phase is Phase.WAITING:
+        if own.enabled and not self._acts:
             if moving:
                 damped = any(signals[ANKLE_CORRECTION])
                 self._decide_in_motion(Stance(reference), estimate, 1.0 if damped else UNDAMPED)
             else:
                 self._decide(stance, estimate)
         share, correction = 1.0, ZERO
-        if self._phase is Phase.WAITING:
+        if not self._acts:
             self._target = others
             if moving:
                 self._com_at_rest = 0.0
@@ -183,13 +183,13 @@ class Recovery(Block[RecoveryParameters]):
         way = np.array([shape.sign * shape.step_length, 0.0, 0.0])
         if stance is not self._stance:
             other = other_side(foot)
-            beside = stance.soles[other] + self._stance.soles[foot] - self._stance.soles[other]
-            way += beside - stance.soles[foot]
+            abreast = stance.soles[other] + self._stance.soles[foot] - self._stance.soles[other]
+            way += abreast - stance.soles[foot]
         lean = (estimate.com - self._com_at_rest) / own.tipping_height
         self._step = Step(
             stance, foot, way, shape, closing, self._target, lean, own.control_period
         )
-        self._phase, self._returned = Phase.SWING, 0.0
+        self._phase, self._returned, self._here = Phase.SWING, 0.0, None
 
     def _wanted(
         self, rate: float, standing: list[float], moving: bool

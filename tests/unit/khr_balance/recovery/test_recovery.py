@@ -128,6 +128,28 @@ def test_a_step_out_of_a_walk_is_mirrored_with_it():
         )
 
 
+@pytest.mark.parametrize('part', [0.2, 0.45, 0.7, 0.8])
+def test_a_motion_after_a_step_is_judged_as_the_first_one(part):
+    gait = gait_of(WALK)
+    begin, end = gait.cycle(1)
+    early, later = (list(gait.reference(begin + each * (end - begin))) for each in (0.05, part))
+    stand = list(POSTURE_OF_WALK)
+
+    def phase(*parts):
+        node = Recovery(TABLE)
+        samples = [
+            each for reference, rate, count in parts for each in [(reference, rate)] * count
+        ]
+        for n, (reference, rate) in enumerate(samples):
+            _, state = node.update(n * PERIOD, signals(rate, reference))
+        return state[0]
+
+    fell = [(stand, STILL, 5), (early, STILL, 3), (early, FAST, 12)]
+    assert phase(*fell) and not phase(*fell, (stand, STILL, 600))
+    last = (later, radians(70.0), 1)
+    assert phase(*fell, (stand, STILL, 600), last) == phase((stand, STILL, 600), last)
+
+
 @pytest.mark.parametrize('part', [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35])
 def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part):
     gait = gait_of(WALK)
