@@ -89,7 +89,7 @@ def _margin(name: str, label: str, color: str, group: str = BALANCE) -> Signal:
 
 
 def _estimate(runs: Collection[Series]) -> list[Signal]:
-    """Return what the recovery node estimates beside the truth and the edges, if it is there."""
+    """Return the estimate of the recovery node with truth and edges; nothing without the node."""
     if all(series.estimate is None for series in runs):
         return []
     found = []
@@ -204,10 +204,8 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         return [_pane(part, runs, [one.name for one in part]) for part in by_group]
     found = []
     for part in by_group:
-        if part[0].group in (
-            BALANCE,
-            ESTIMATE,
-        ):  # the points mean something against the edges of their run
+        # These points mean something only against the edges of their own run.
+        if part[0].group.startswith((BALANCE, ESTIMATE)):
             names = [one.name for one in part]
             for name, series in runs.items():
                 pane = _pane(part, {name: series}, names)

@@ -158,6 +158,11 @@ def test_the_estimate_of_the_recovery_is_beside_the_truth_and_the_edges(series):
         axis = figure.axes[names.index(f'{ESTIMATE}{what}')]
         assert [round(float(line.get_ydata()[0])) for line in axis.lines] == places
     assert not any(name.startswith(ESTIMATE) for name in without)
+    run = replace(series, balance=balance, estimate=estimate)
+    with styled():
+        _, of_two = over_time({'A': run, 'B': run}, {})
+    own = [name for name in of_two if name.startswith(ESTIMATE)]
+    assert [name.rpartition(': ')[2] for name in own] == ['A', 'B'] * 2, 'each with its edges'
 
 
 def test_no_line_crosses_a_gap(series):
