@@ -11,23 +11,11 @@ from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
+from khr_studies.recovery.false_steps import BOARD_DEG, BOARD_TIME
 from khr_studies.recovery.figure import polar_figure
-from khr_studies.recovery.study import (
-    BOARD_DEG,
-    BOARD_TIME,
-    CASES,
-    DECISION,
-    GAIN,
-    LEVELS,
-    PHASES,
-    TIMES,
-    UNLOADING,
-    WALK_GOAL,
-    WALK_TIMES,
-    Case,
-    bounds,
-    held,
-)
+from khr_studies.recovery.pushes import CASES, GAIN, Case
+from khr_studies.recovery.study import DECISION, LEVELS, TIMES, UNLOADING, bounds, held
+from khr_studies.recovery.walks import PHASES, WALK_GOAL, WALK_TIMES
 from khr_sweeps.trial import Row
 
 
@@ -144,7 +132,7 @@ def walks_held(runs: pd.DataFrame) -> list[Row]:
 
 
 def _alarms(runs: pd.DataFrame) -> Row:
-    """Count runs without a push: those that stay up and fall without the node, and its steps."""
+    """Count runs without a push by their end without the node, and the steps of the node."""
     falls = runs['fell_without'].astype(bool)
     return {
         'up': int((~falls).sum()),

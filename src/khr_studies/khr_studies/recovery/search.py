@@ -24,7 +24,7 @@ from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import measure
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.push.study import START, PushCondition
-from khr_studies.recovery.study import CASES, WATCH, limit_of_ankles, push_once
+from khr_studies.recovery.pushes import CASES, WATCH, limit_of_ankles, push_once
 from khr_sweeps.pool import Pool, local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs

@@ -6,21 +6,13 @@ may fall at a weak push, by a step that it did not need: a hole. So each level i
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from khr_balance.gaits.gait import gait_of
-from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
-from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import CONFIG, Scenario, load_scenario
-from khr_common.interfaces import RECOVERY_STATE
 from khr_models.standing.capture_point import (
     Flywheel,
     flywheel_margin,
@@ -28,174 +20,31 @@ from khr_models.standing.capture_point import (
     largest_force,
     step_margin,
 )
-from khr_sim.physics.engines import LIBRARIES
-from khr_studies.measuring.condition import Changes
-from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.run_table import measure
 from khr_studies.measuring.study_version import version_of_study
-from khr_studies.push.study import START, PushCondition, bracket, largest_push, stance
-from khr_sweeps.pool import Pool, local_pool
+from khr_studies.push.study import stance
+from khr_studies.recovery.false_steps import quiet_run, quiet_scenarios, quiet_walks
+from khr_studies.recovery.pushes import (
+    CASES,
+    ENGINES,
+    Case,
+    columns_of,
+    limit_of_ankles,
+    push_once,
+)
+from khr_studies.recovery.walks import pushed_walks
+from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.trial import Row
 
-ENGINES = tuple(LIBRARIES)
-GAIN = 12.0  # K_A
 TIMES = tuple(round(0.5 + 0.1 * n, 1) for n in range(14))  # times the limit of the ankles
 ROBOTS = (1, 2, 3, 4, 5, 6)  # members of the ensemble
-WATCH = 6.5  # s after the push: the robot has closed its stance
 ANGLES = tuple(range(0, 360, 45))  # deg, of an oblique push: 0 from behind, 90 from the right
 LEVELS = tuple(round(0.3 + 0.1 * n, 1) for n in range(14))  # N s, of an oblique push
 DECISION = 0.1  # s from the start of a push
 UNLOADING = 0.045  # s from the decision until the foot leaves the ground
-STANDING = ('lift_', 'stand_', 'walk_')  # scenarios without a push
-BOARD_DEG, BOARD_TIME = 5.0, 1000.0  # a board that tilts at 2 deg/s, and s on it
-BOARD: Changes = (
-    (('simulator', 'level_start'), True),
-    (('simulator', 'inclination_deg'), BOARD_DEG),
-    (('simulator', 'duration'), BOARD_TIME),
-)
-WALK_GOAL = 1.15  # times the limit of the walk
-WALK_TIMES = (0.7, 0.85, 1.0, 1.15, 1.3)  # that limit
-PHASES = tuple(n / 16 for n in range(8))  # of the push, in cycles; the other half is the mirror
-CYCLES = 2  # of a walk that is pushed in its last
-TOLERANCE = 0.05  # of the limit of a walk at one phase
-INCLINATIONS = tuple(range(-4, 11))  # deg, of walks without a push
-GAINS = ((0.0, 0.0), (12.0, 0.0), (18.0, 0.0), (12.0, 13.0))  # K_A, K_H
-ENABLED: Changes = ((('recovery', 'enabled'), True),)
 ROOT = Path('runs/recovery')
-
-
-@dataclass(frozen=True)
-class Case:
-    """A push on the standing robot.
-
-    Attributes:
-        direction: ``behind`` or ``front``.
-        inclination: of the ground, deg, downhill.
-        duration: of the push, s.
-        goal: the multiple of the limit of the ankles that a step shall hold.
-    """
-
-    direction: str
-    inclination: float = 0.0
-    duration: float = 0.1
-    goal: float = 1.0
-
-    def condition(
-        self,
-        engine: str,
-        robot: int = 0,
-        seed: int = 1,
-        recovery: bool = False,
-        motion: str = 'stand',
-    ) -> PushCondition:
-        """Return the condition on an engine; robot 0 is the default, others are of the ensemble."""
-        changes: dict[tuple[str, str], Any] = {
-            ('simulator', 'engine'): engine,
-            ('simulator', 'inclination_deg'): self.inclination,
-            ('simulator', 'stop_when_tilted_deg'): 88.0,
-            ('simulator', 'seed'): seed,
-            ('gyro', 'seed'): seed,
-            ('foot_force', 'seed'): seed,
-            ('gait', 'motion'): motion,
-        }
-        if motion == 'walk':
-            changes['gait', 'cycles'] = CYCLES
-        if recovery:
-            changes |= dict(ENABLED)
-        if robot:
-            for name, value in read_ensemble()[robot].constants.items():
-                node, _, key = name.partition('.')
-                changes[node, key] = value
-        own: Changes = tuple(changes.items())
-        return PushCondition(GAIN, self.duration, self.direction, changes=own)  # type: ignore[arg-type]
-
-
-CASES = (
-    Case('behind', goal=1.4),
-    Case('front', goal=1.3),
-    Case('behind', 5.0, goal=1.4),
-    Case('front', 5.0),
-    Case('behind', duration=0.5, goal=1.2),
-    Case('front', duration=0.5, goal=1.2),
-)
-
-
-def _watched(scenario: Scenario) -> Row:
-    """Run a scenario; return whether and when the robot fell, its slip and its steps."""
-    steps, before = 0, 0.0
-
-    def count(_: object, loop: Any, __: object) -> None:
-        nonlocal steps, before
-        phase = loop.signals[RECOVERY_STATE][0] if RECOVERY_STATE in loop.signals else 0.0
-        steps += phase == 1.0 != before
-        before = phase
-
-    outcome = run_offline(scenario, count).outcome
-    return {
-        'fell': outcome.fell,
-        'fell_at_s': outcome.fell_at,
-        'largest_slip_m': outcome.largest_slip,
-        'steps': int(steps),
-    }
-
-
-def _pushed(
-    condition: PushCondition, impulse: float, start: float, angle: float = 0.0
-) -> Scenario:
-    """Return the scenario of a push, as :func:`push_once`, that begins at ``start`` s."""
-    base, force = condition.base(), condition.side * impulse / condition.duration
-    x, y = force * math.cos(math.radians(angle)), force * math.sin(math.radians(angle))
-    point = ','.join(f'{value:.6f}' for value in stance(base).point)
-    return base.changed(
-        {
-            ('simulator', 'duration'): start + condition.duration + WATCH,
-            ('simulator', 'pushes'): [
-                f't={start!r} duration={condition.duration:g} link=base_link frame=odom '
-                f'force={x!r},{y!r},0 point={point}'
-            ],
-        }
-    )
-
-
-def push_once(condition: PushCondition, impulse: float, angle: float = 0.0) -> Row:
-    """Push the robot once; return the outcome.
-
-    Args:
-        condition: with the duration and direction of the push.
-        impulse: N s.
-        angle: of the force to the left of this direction, deg.
-    """
-    return _watched(_pushed(condition, impulse, START, angle))
-
-
-def push_walk(condition: PushCondition, impulse: float, phase: float) -> Row:
-    """Push the walking robot once, at a phase of its last cycle, 0 to 1; return the outcome."""
-    begin, end = gait_of(condition.base().table(GaitParameters)).cycle(CYCLES)
-    return _watched(_pushed(condition, impulse, begin + phase * (end - begin)))
-
-
-def limit_of_walk(condition: PushCondition, phase: float) -> Row:
-    """Return the largest impulse that the walk holds at a phase, N s, by bisection."""
-
-    def falls(force: float) -> bool:
-        return bool(push_walk(condition, force * condition.duration, phase)['fell'])
-
-    return {'held': bracket(falls, 5.0, TOLERANCE).survived * condition.duration}
-
-
-def limit_of_ankles(condition: PushCondition) -> Row:
-    """Return the largest impulse that the ankles alone hold, N s."""
-    return {'held': largest_push(condition).survived * condition.duration}
-
-
-def quiet_run(name: str, changes: Changes = ()) -> Row:
-    """Run a scenario without a push, with the node; if it steps, without the node as well."""
-    scenario = load_scenario(name).changed(dict(changes))
-    found = _watched(scenario.changed(dict(ENABLED)))
-    without = run_offline(scenario).outcome.fell if found['steps'] else found['fell']
-    return {**found, 'fell_without': without, 'name': name}
 
 
 def study(
@@ -221,11 +70,11 @@ def study(
         limits = measure(
             kept,
             limit_of_ankles,
-            [(_columns('ankle', *key), (key[0].condition(*key[1:]),)) for key in keys],
+            [(columns_of('ankle', *key), (key[0].condition(*key[1:]),)) for key in keys],
         )
         steps = [
             (
-                {**_columns('step', *key), 'seed': seed, 'times': times},
+                {**columns_of('step', *key), 'seed': seed, 'times': times},
                 (key[0].condition(*key[1:], seed, recovery=True), times * float(limit)),
             )
             for key, limit in zip(keys, limits['held'], strict=True)
@@ -234,7 +83,7 @@ def study(
         ]
         guards = [
             (
-                {**_columns('guard', case, engine, 0), 'impulse': impulse},
+                {**columns_of('guard', case, engine, 0), 'impulse': impulse},
                 (case.condition(engine, motion='guard'), impulse),
             )
             for case in CASES[:2]
@@ -251,88 +100,9 @@ def study(
             for impulse in LEVELS
         ]
         pushes = measure(kept, push_once, [*steps, *guards, *oblique])
-        runs = measure(kept, quiet_run, [*_quiet(), *_walks()])
-        walks = _pushed_walks(kept, robots)
+        runs = measure(kept, quiet_run, [*quiet_scenarios(), *quiet_walks()])
+        walks = pushed_walks(kept, robots)
     return pd.concat([limits, pushes, runs, *walks], ignore_index=True)
-
-
-def _pushed_walks(pool: Pool, robots: Sequence[int]) -> list[pd.DataFrame]:
-    """Push walks of the default robot at all phases, and of others at its weakest one."""
-
-    def limits_of(keys: Sequence[tuple[Case, str, int, float]]) -> pd.DataFrame:
-        return measure(
-            pool,
-            limit_of_walk,
-            [
-                (
-                    {**_columns('walk', case, engine, robot), 'phase': phase},
-                    (case.condition(engine, robot, motion='walk'), phase),
-                )
-                for case, engine, robot, phase in keys
-            ],
-        )
-
-    def steps_of(limits: pd.DataFrame) -> pd.DataFrame:
-        plan = []
-        by = ['case', 'engine', 'robot']
-        for (number, engine, robot), each in limits.groupby(by):
-            condition = CASES[number].condition(engine, robot, recovery=True, motion='walk')
-            plan += [
-                (
-                    {
-                        **_columns('walk_step', CASES[number], engine, robot),
-                        'phase': phase,
-                        'times': times,
-                    },
-                    (condition, times * float(each['held'].min()), phase),
-                )
-                for phase in each['phase']
-                for times in WALK_TIMES
-            ]
-        return measure(pool, push_walk, plan)
-
-    keys = [
-        (case, engine, 0, phase) for case in CASES[:4] for engine in ENGINES for phase in PHASES
-    ]
-    own = limits_of(keys)
-    flat = own[(own['engine'] == ENGINES[-1]) & own['case'].isin([0, 1])]
-    weakest = flat.loc[flat.groupby('case')['held'].idxmin()]
-    others = limits_of(
-        [
-            (CASES[row.case], ENGINES[-1], robot, row.phase)
-            for row in weakest.itertuples()
-            for robot in robots
-        ]
-    )
-    return [own, others, steps_of(own), steps_of(others)]
-
-
-def _columns(part: str, case: Case, engine: str, robot: int) -> Row:
-    return {'part': part, 'case': CASES.index(case), 'engine': engine, 'robot': robot}
-
-
-def _quiet() -> list[tuple[Row, tuple[str, Changes]]]:
-    """Return the scenarios without a push, and a long stance on a board that tilts, then rests."""
-    names = sorted(path.stem for path in (CONFIG / 'scenarios').glob('*.yaml'))
-    own: list[tuple[str, Changes]] = [(name, ()) for name in names if name.startswith(STANDING)]
-    return [({'part': 'quiet'}, each) for each in [*own, ('stand_0deg', BOARD)]]
-
-
-def _walks() -> list[tuple[Row, tuple[str, Changes]]]:
-    """Return walks without a push, of all inclinations and gains."""
-    found = []
-    for engine, inclination, (ka, kh) in itertools.product(ENGINES, INCLINATIONS, GAINS):
-        changes: Changes = (
-            (('simulator', 'engine'), engine),
-            (('simulator', 'inclination_deg'), float(inclination)),
-            (('ankle_controller', 'enabled'), ka > 0.0),
-            (('ankle_controller', 'gain'), ka or GAIN),
-            (('hip_controller', 'enabled'), kh > 0.0),
-            (('hip_controller', 'gain'), kh or GAIN),
-        )
-        columns = {'inclination_deg': float(inclination), 'ka': ka, 'kh': kh}
-        found.append(({'part': 'walks', 'engine': engine, **columns}, ('walk_0deg', changes)))
-    return found
 
 
 def held(runs: pd.DataFrame, level: str) -> tuple[float, list[float]]:

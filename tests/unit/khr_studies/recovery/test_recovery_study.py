@@ -10,7 +10,8 @@ from khr.cli.app import app
 from khr_common.errors import KhrError
 from khr_studies.measuring.run_table import read_table
 from khr_studies.recovery.page import page, pushes_held
-from khr_studies.recovery.study import CASES, bounds, held, push_once
+from khr_studies.recovery.pushes import CASES, push_once
+from khr_studies.recovery.study import bounds, held
 
 DOCS = Path(__file__).parents[4] / 'docs'
 
