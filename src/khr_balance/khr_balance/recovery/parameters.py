@@ -46,10 +46,13 @@ class RecoveryParameters:
         '[0, 0.3] m',
     )
     tipping_rate_deg: tuple[float, ...] = _pair(
-        'pitch rate above which it does so.', 10.0, 20.0, '[0, 500] deg/s'
+        'pitch rate above which the robot steps by ``tipping_threshold``.',
+        10.0,
+        20.0,
+        '[0, 500] deg/s',
     )
     slow_rate_deg: tuple[float, ...] = _pair(
-        'pitch rate above which a fall is no slow one, once it was reached.',
+        'pitch rate from which on a fall is fast, and ``tipping_threshold`` does not apply.',
         500.0,
         33.0,
         '[0, 500] deg/s',
@@ -62,7 +65,7 @@ class RecoveryParameters:
         '[-0.1, 0.3] m',
     )
     moving_rate_deg: tuple[float, ...] = _pair(
-        'pitch rate above which it does so, if the capture point is beyond as well.',
+        'pitch rate above which the robot steps by ``moving_threshold``.',
         50.0,
         50.0,
         '[0, 500] deg/s',
@@ -93,7 +96,7 @@ class RecoveryParameters:
         '[-0.5, 0.5] rad',
     )
     tipping_ankle_push: tuple[float, ...] = _pair(
-        'the same in a step by ``tipping_threshold``.', 0.074, 0.12, '[-0.5, 0.5] rad'
+        '``ankle_push`` of a step by ``tipping_threshold``.', 0.074, 0.12, '[-0.5, 0.5] rad'
     )
     ankle_roll: tuple[float, ...] = _pair(
         'roll of the standing ankle during the swing, outward positive.',
@@ -158,7 +161,7 @@ class RecoveryParameters:
     )
     moving_time_constant: float = parameter(
         0.5,
-        'Time constant with which the estimate forgets while the reference moves.',
+        'Time constant with which the estimate decays while the reference moves.',
         '[0.02, 60] s',
     )
     control_period: float = sample_period()

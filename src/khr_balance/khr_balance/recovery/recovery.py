@@ -29,7 +29,7 @@ from khr_common.published import NO_LOAD_SPEED
 
 LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
-UNDAMPED = 1.25  # times the rate of a fall, in a walk without ankle control: it pitches more
+UNDAMPED = 1.25  # factor of moving_rate_deg without ankle control: that walk pitches more
 SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
@@ -147,13 +147,13 @@ class Recovery(Block[RecoveryParameters]):
                     direction, own.foot[0], stance, estimate, ankle_push=shape.tipping_ankle_push
                 )
 
-    def _decide_in_motion(self, here: Stance, estimate: Estimate, times: float) -> None:
+    def _decide_in_motion(self, here: Stance, estimate: Estimate, factor: float) -> None:
         """Begin a step if the capture point is beyond the support of a motion, and the rate high.
 
         Args:
             here: posture of the reference.
             estimate: of the distance of the body from where the motion takes it.
-            times: the threshold of the rate counts.
+            factor: of the threshold of the rate.
         """
         own = self.parameters
         before, self._here = self._here or here, here
@@ -169,7 +169,7 @@ class Recovery(Block[RecoveryParameters]):
             )
             edge = here.toe if direction == FORWARD else -here.heel
             beyond, rate = shape.sign * capture_point - edge, shape.sign * estimate.rate
-            if beyond > shape.moving_threshold and rate > radians(times * shape.moving_rate_deg):
+            if beyond > shape.moving_threshold and rate > radians(factor * shape.moving_rate_deg):
                 # The body is over the standing foot already.
                 self._begin(direction, foot, here, estimate, ankle_roll=0.0)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from khr_balance.recovery.recovery import UNDAMPED
 from khr_common.files import write_text
 from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
@@ -65,6 +66,8 @@ def page(runs: pd.DataFrame, name: str) -> str:
         seeds=int(runs['seed'].max()),
         quiet=quiet,
         walks=walks,
+        needless=_needless(runs),
+        undamped=UNDAMPED,
         board=(BOARD_TIME, BOARD_DEG),
         walked=table([row for row in walked if not row['robot']], WALKS),
         walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
@@ -140,6 +143,15 @@ def _alarms(runs: pd.DataFrame) -> Row:
         'fallen': int(falls.sum()),
         'saved': int((falls & ~runs['fell'].astype(bool)).sum()),
     }
+
+
+def _needless(runs: pd.DataFrame) -> list[str]:
+    """Return the walks that stay up without the node and step with it."""
+    stepped = runs[(runs['part'] == 'walks') & (runs['steps'] > 0)]
+    return [
+        f'{row.inclination_deg:g} deg, K_A {row.ka:g}, K_H {row.kh:g}, {row.engine}'
+        for row in stepped[~stepped['fell_without'].astype(bool)].itertuples()
+    ]
 
 
 def guards(runs: pd.DataFrame) -> list[Row]:
