@@ -1,4 +1,4 @@
-"""The referee of a bout: who stays down, who leaves the ring, when the time is over."""
+"""The referee of a bout: knockdowns, the ring, and the time."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from khr_common import ParameterError, parameter
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
-NEAREST = (
-    0.16  # m between the soles of two robots at the start, middle to middle; toes nearly meet
-)
+NEAREST = 0.16  # m between two robots at the start, from middle to middle of their soles
 
 
 def _start(x: float, heading_deg: float) -> Any:
@@ -35,7 +33,9 @@ class RefereeParameters:
     """
 
     rounds: int = parameter(
-        1, 'Rounds, each with seeds of its own; the bout ends when one has won most.', '[1, 99]'
+        1,
+        'Rounds, each with other seeds; a robot that wins more than half ends the bout.',
+        '[1, 99]',
     )
     time_limit: float = parameter(180.0, 'Time of a round.', '[0.1, 3600] s')
     down_time: float = parameter(

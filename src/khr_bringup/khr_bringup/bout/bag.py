@@ -25,7 +25,7 @@ class RoundBag:
 
     Args:
         folder: of the bag; it is created.
-        bout: whose round it is.
+        bout: of the round.
         text: of the bout as it runs.
     """
 

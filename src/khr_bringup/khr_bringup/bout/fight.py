@@ -54,7 +54,7 @@ class BoutResult:
 
     @property
     def winner(self) -> str:
-        """Return who has won most rounds: red, blue or draw."""
+        """Return the winner of most rounds: red, blue or draw."""
         first, *second = [*self.won.most_common(2), (DRAW, 0)][:2]
         return DRAW if first[1] == (second[0][1] if second else 0) else first[0]
 

@@ -1,4 +1,4 @@
-"""``khr film`` of a bout: both robots in one picture, with their state and the referee's word."""
+"""``khr film`` of a bout: both robots in one picture, their state, and the decision."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class Engine(Scene, Protocol):
         Args:
             commands: angles commanded by the boards in each step, rad, (steps, 17 n),
                 one robot after the other.
-            tables: of servos and contact forces, whose parts the robots have.
+            tables: of servos and contact forces of all robots; each robot has a part.
             robots: their servos compute torques from commands and joint states, and their forces
                 accumulate those of the ground after each step.
         """

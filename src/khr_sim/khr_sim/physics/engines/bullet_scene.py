@@ -13,10 +13,8 @@ from khr_sim.physics.engines.bullet import Bullet, bullet
 STRIPE = 0.05  # m, along the slope
 HALF_WIDTH, THICKNESS = 0.18, 0.015  # m
 RING = 1.0  # m, half the width under several robots
-BLUE, RED = (
-    'rgba="0.12 0.25 0.62 1"',
-    'rgba="0.72 0.12 0.10 1"',
-)  # suit of all, of the first of several
+BLUE = 'rgba="0.12 0.25 0.62 1"'  # of the suit in the description
+RED = 'rgba="0.72 0.12 0.10 1"'  # of the first of several robots
 STRIPES = 56  # enough for the widest image
 COLORS = ((0.92, 0.90, 0.85, 1.0), (0.85, 0.82, 0.75, 1.0))
 
@@ -27,6 +25,7 @@ class BulletScene(Bullet):
     def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
         super().__init__(parameters, robot, robots)
         if robots > 1:
+            assert BLUE in self._urdfs[0]
             self._urdfs[0] = self._urdfs[0].replace(BLUE, RED)
 
     def reset(self, inclination: float) -> None:
