@@ -249,9 +249,11 @@ def _corrections(
     parts = constant_parts(scenario, changes, time, np.array([each.stage for each in kept]))
     looks = zip(names, OTHERS, found.T, parts.T, strict=False)
     acting = [each for each in looks if np.nan_to_num(each[2]).any()]
-    lines = [(FAINT, np.degrees(part)) for *_, part in acting]
+    lines = [(FAINT, np.degrees(part)) for *_, part in acting if part.any()]
+    constant = [('constant', FAINT)] * bool(lines)
     lines += [(color, np.degrees(values)) for _, color, values, _ in acting]
     largest = max(float(np.nanmax(np.abs(values))) for _, values in lines)
-    title = [('correction, deg: ', FAINT)]
-    title += [(f'{name} ', color) for name, color, *_ in acting] + [('constant', FAINT)]
+    # several names leave no room for the word
+    title = [('correction, deg: ' if len(acting) == 1 else 'deg: ', FAINT)]
+    title += [(f'{name} ', color) for name, color, *_ in acting] + constant
     return OverTime(title, LEAST * ceil(max(largest / LEAST, 1.0)), time, lines, swung)
