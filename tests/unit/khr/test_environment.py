@@ -139,7 +139,7 @@ def test_options_are_of_one_episode_alone():
     hashes = {}
     for name, options in {
         'plain': {}, 'slope': {'inclination_deg': 4.0}, 'rubber': {'surface': 'rubber', 'push': PUSH},
-        'pushed': {'push': [PUSH]}, 'robot': {'robot': 18}, 'again': {},
+        'pushed': {'push': [PUSH]}, 'robot': {'robot': 9}, 'again': {},
     }.items():  # fmt: skip
         play(environment, seed=2, options=options)
         hashes[name] = environment.trajectory_hash

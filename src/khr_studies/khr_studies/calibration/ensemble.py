@@ -28,12 +28,17 @@ OPEN = 0.5  # share of the searched range above which a constant counts as open
 class Ensemble:
     """Candidates that fit."""
 
-    robots: tuple[Candidate, ...]  # the members, the best first
+    fitting: tuple[Candidate, ...]  # complete candidates within the tolerances, the best first
+    members: tuple[int, ...]  # indices of the members in these
     tolerances: float  # largest miss of a limit of a member, in tolerances of its row
     # candidates, complete: numbers of measured candidates, and of those measured on every row
     candidates: int
     complete: int
-    fitting: int  # number of complete candidates within these tolerances
+
+    @property
+    def robots(self) -> list[Candidate]:
+        """Return the members, the best first."""
+        return [self.fitting[index] for index in self.members]
 
     @property
     def best(self) -> Candidate:
@@ -56,8 +61,8 @@ def ensemble(
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
     cost: in the cost alone, which sums all misses, many small misses outweigh a row that is met.
-    A candidate that does not stay up on level ground does not fit. If more than ``most`` fit, a
-    diverse selection is kept.
+    A candidate that does not stay up on level ground does not fit. Of candidates that differ in one
+    constant only, the best is kept; if more than ``most`` are left, a diverse selection.
     """
     complete = [
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
@@ -66,9 +71,27 @@ def ensemble(
     tolerances = max([1.0, *misses[:least]])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
     fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
-    return Ensemble(
-        tuple(diverse(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
-    )
+    kept = diverse(plan, distinct(fitting), most)
+    members = tuple(index for index, robot in enumerate(fitting) if robot in kept)
+    return Ensemble(tuple(fitting), members, tolerances, len(robots), len(complete))
+
+
+def distinct(robots: Sequence[Candidate]) -> list[Candidate]:
+    """Drop each candidate that differs from an earlier one in a single constant.
+
+    Such candidates are one robot at several values of that constant: in an ensemble they would
+    count once for each value, and the spread of the other constants would come out too small.
+    """
+    kept: list[Candidate] = []
+    for robot in robots:
+        if all(_differences(robot, other) > 1 for other in kept):
+            kept.append(robot)
+    return kept
+
+
+def _differences(robot: Candidate, other: Candidate) -> int:
+    """Return the number of constants in which two candidates differ."""
+    return sum(value != other.constants[name] for name, value in robot.constants.items())
 
 
 def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:

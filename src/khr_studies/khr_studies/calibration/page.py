@@ -15,6 +15,7 @@ from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration.ensemble import (
     LEAST,
+    MOST,
     OPEN,
     RowInConflict,
     constant_spreads,
@@ -65,7 +66,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {f'{node}.{key}' for (node, key), _ in plan.changes(constants)}
-    cheapest = min(found.robots, key=lambda robot: robot.cost)
+    cheapest = min(found.fitting, key=lambda robot: robot.cost)
     return page_text(
         __name__,
         stem=stem,
@@ -74,6 +75,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         found=found,
         enough=enough,
         least=LEAST,
+        most=MOST,
         open=OPEN,
         rows=_robots_table(calibration, [found.best]),
         spread=_spread_rows(calibration),
@@ -187,7 +189,7 @@ def _added_rows(calibration: Calibration) -> str:
 
     robots = [
         robot
-        for robot in calibration.found.robots
+        for robot in calibration.found.fitting
         if plan.added and rest(robot.constants) == rest(plan.added[0])
     ]
     robots.sort(key=lambda robot: [robot.constants[name] for name in varied])

@@ -254,9 +254,14 @@ def test_every_constant_is_a_parameter_with_a_known_provenance():
 
 def test_shipped_ensemble_holds_parameters_and_its_best_is_the_default():
     members = read_ensemble()
-    for member in members:
+    for number, member in enumerate(members):
+        assert all(_differences(member, other) > 1 for other in members[:number])
         for name, value in member.constants.items():
             node, key = name.split('.')
             check(table_of(node), key, value)
     for name, value in members[0].constants.items() if members else ():
         assert check_default(name) == value
+
+
+def _differences(member, other):
+    return sum(value != other.constants[name] for name, value in member.constants.items())

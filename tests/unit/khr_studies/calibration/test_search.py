@@ -1,5 +1,7 @@
 """The search, the journal, the ensemble and the page of a calibration."""
 
+import json
+import sqlite3
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +18,7 @@ from khr_studies.calibration.ensemble import (
     pareto_set,
     worst_miss,
 )
-from khr_studies.calibration.journal import Journal, physics_digest
+from khr_studies.calibration.journal import Journal, cost_digest, physics_digest
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
@@ -25,6 +27,7 @@ from khr_studies.calibration.search import Measurement, Proposals, Search, run_s
 from khr_studies.calibration.study import calibration_of, confirm
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
+from tests import ROOT
 from tests.fakes.robots import PLAN, TITLES, measure, measured, robot
 
 SEARCH = Search(PLAN, 'mujoco', 0, 1, 6, 30)
@@ -168,7 +171,7 @@ def many(count, **figures):
 def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones():
     lost = [robot(0.04), robot(lasted=0.5), robot(complete=False)]
     found = ensemble(PLAN, [*lost, *many(30)])
-    assert found.tolerances == 1.0 and found.fitting == 30 == len(found.robots)
+    assert found.tolerances == 1.0 and len(found.fitting) == 30 == len(found.robots)
     assert (found.candidates, found.complete) == (33, 31)
     assert found.best.cost == min(one.cost for one in found.robots)
     spreads = constant_spreads(PLAN, found)
@@ -176,11 +179,24 @@ def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones(
 
 
 def test_ensemble_of_few_that_fit_states_the_tolerance_it_needs():
-    wide = [robot(0.025 + 0.001 * step) for step in range(8)]
+    wide = [robot(0.025 + 0.001 * step, lift=0.01 + 0.001 * step) for step in range(8)]
     found = ensemble(PLAN, wide, least=6)
     assert len(found.robots) == 6
     assert found.tolerances == pytest.approx(max(worst_miss(PLAN, one) for one in found.robots))
     assert found.tolerances > 1.0
+
+
+def test_ensemble_counts_robots_that_differ_in_one_constant_as_one():
+    family = [robot(0.025, lift=0.01 + 0.001 * step) for step in range(4)]
+    found = ensemble(PLAN, [*family, robot(0.0251, lift=0.02)])
+    assert len(found.fitting) == 5
+    assert [one.constants['sway'] for one in found.robots] == [0.025, 0.0251]
+
+
+def test_shipped_journal_was_measured_by_the_present_cost():
+    with sqlite3.connect(ROOT / 'docs' / 'calibration.sqlite') as database:
+        ((head,),) = database.execute("SELECT data FROM results WHERE id = ''")
+    assert json.loads(head)['cost'] == cost_digest(), 'khr calibrate does not resume from it'
 
 
 def test_page_data_pictures_and_constants_are_written(tmp_path):
@@ -259,7 +275,7 @@ def test_a_row_missed_is_searched_among_all_candidates():
 @pytest.mark.slow
 def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     path = tmp_path / 'ensemble.json'
-    robots = [robot(sway=0.025), robot(sway=0.0255)]
+    robots = [robot(sway=0.025), robot(sway=0.0255, lift=0.01)]
     write_json(path, ensemble_members(PLAN, ensemble(PLAN, robots)))
     kept = read_ensemble(path)
     assert [member.constants['gait.sway'] for member in kept] == [0.025, 0.0255]
