@@ -5,6 +5,7 @@ import signal
 
 import pytest
 
+from khr_view.model.recorded import Timeline
 from tests.support.runs import LONG, Bag, call, finish, joined, khr, wait_for, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
@@ -53,6 +54,9 @@ def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path, mode):
     process.send_signal(signal.SIGINT)
     ended = finish(process, folder)
     assert ended.code == 130, ended.err
+    played = Timeline(folder)
+    assert ', K_A 14, K_H 6.5, at ' in played.heading(played.end)
+    assert ', K_A 9, K_H' not in played.heading(0.0)
     pushes = len(Bag(folder / 'bag')['/simulator/push'])
     verified = khr('verify', folder)
     assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out

@@ -13,6 +13,7 @@ from tests.support.runs import joined, start_khr, wait_for, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 DRAWN = 'window.__viserTestpoints.uplots'  # viser's own, for tests
+SIZE = 'chart => [chart.width, chart.ctx.canvas.width]'
 POINTS = 'chart => chart.data[0].length'
 LEFT_TOE = "chart => chart.series.find((each) => each.label === 'left toe').show"
 VERMILION = (213, 94, 0)
@@ -214,13 +215,20 @@ def test_the_spectrum_is_saved_with_its_peaks_named_in_the_page(page):
     assert page.get_by_text(re.compile(r'^(gait, n = \d+|loop or slip, n = [\d.]+)$')).count() > 1
 
 
-def test_the_charts_are_saved_as_they_are_shown(page):
+def test_the_charts_are_saved_as_they_are_shown_at_the_size_of_a_slide(page):
+    sizes = [drawn(page, title, SIZE) for title in TITLES]
     name, content = saved(page, 'Charts as PNG')
     assert name == 'charts.png'
     picture = Image.open(io.BytesIO(content)).convert('RGB')
     count = page.locator('.uplot:visible').count()
-    assert picture.height > 100 * count and picture.width > 250
-    assert pixels(picture, VERMILION) > 50, 'the right foot'
+    assert picture.width > 1400 and picture.height > 400 * (count // 2)
+    assert pixels(picture, VERMILION) > 500, 'the right foot'
+    heading = page.locator('[data-khr-title]').get_attribute('data-khr-title')
+    assert re.match(r'Walking downhill at 3 deg.*, no control, at [\d.]+ s$', heading), heading
+    assert pixels(picture.crop((0, 0, picture.width, 60)), (0, 0, 0)) > 500, 'the heading'
+    assert [drawn(page, title, SIZE) for title in TITLES] == sizes, (
+        'those of the page are as before'
+    )
 
 
 def test_forces_and_support_can_be_hidden(page):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from khr_common.maths.gaps import interpolated
-from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, Curve, charts
 from khr_view.charts.traces import shade
 from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
@@ -21,6 +21,7 @@ from khr_view.model.restart import PAUSE
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
 SIDE = 0.36  # m between two robots
+ENDED = 'its recording has ended'
 
 
 @dataclass
@@ -65,29 +66,37 @@ class Player:
 
 
 class PlayedRuns:
-    """The traces of one run, or of two at one time: a colour for each run, dashes for each line."""
+    """The traces of one run, or of two at one time: a colour for each run, dashes for each line.
+
+    Attributes:
+        charts: of the lines that are recorded.
+    """
 
     def __init__(self, runs: Sequence[Timeline]) -> None:
         self._runs = runs
-        self._single = {chart.title: chart for chart in charts()}
+        self._parts: dict[str, list[Chart]] = {}  # of each run, by title
+        found = []
+        for chart in charts():
+            parts = [
+                replace(chart, lines=tuple(filter(run.recorded, chart.lines))) for run in runs
+            ]
+            lines = tuple(line for each in self._named(parts) for line in each)
+            if lines:
+                self._parts[chart.title] = parts
+                found.append(replace(chart, lines=lines))
+        self.charts = tuple(found)
         self.now = 0.0
 
-    @property
-    def charts(self) -> tuple[Chart, ...]:
-        """Return the charts to draw."""
-        if len(self._runs) == 1:
-            return charts()
-        return tuple(
-            replace(
-                chart,
-                lines=tuple(
+    def _named(self, parts: Sequence[Chart]) -> Iterator[Iterable[Curve]]:
+        for run, part, color in zip(self._runs, parts, (BLUE, ORANGE), strict=False):
+            yield (
+                part.lines
+                if len(self._runs) == 1
+                else (
                     replace(line, label=f'{line.label}, {run.name}', color=color, dash=dash)
-                    for run, color in zip(self._runs, (BLUE, ORANGE), strict=False)
-                    for line, dash in zip(chart.lines, cycle(DASHES), strict=False)
-                ),
+                    for line, dash in zip(part.lines, cycle(DASHES), strict=False)
+                )
             )
-            for chart in charts()
-        )
 
     def shades(self, times: Array) -> tuple[Array, ...]:
         """Return the phases of the first run's gait, and the events of all runs."""
@@ -100,8 +109,8 @@ class PlayedRuns:
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
         """Return times and the values of each curve; NaN where a run has no sample."""
-        single = self._single[chart.title]
-        found = [run.columns(single, self.now) for run in self._runs]
+        parts = zip(self._runs, self._parts[chart.title], strict=True)
+        found = [run.columns(part, self.now) for run, part in parts if part.lines]
         times = max((own for own, *_ in found), key=len)
         return times, *(
             interpolated(times, own, values) for own, *lines in found for values in lines
@@ -122,6 +131,7 @@ def play(
     Raises:
         KhrError: if a run cannot be read or the page not be served.
     """
+    from khr_view.page.charts import NO_SPECTRUM
     from khr_view.page.display import Display, Note
     from khr_view.page.playback_panel import PlaybackPanel
 
@@ -137,11 +147,8 @@ def play(
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
     panel = PlaybackPanel(display.server, display.later, player, runs)
     display.add_look()
-    note = Note(
-        runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),
-        '; '.join(run.damage for run in runs if run.damage),
-        ' | '.join(run.title for run in runs),
-    )
+    title = runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs)
+    damage = '; '.join(run.damage for run in runs if run.damage)
     count, shown, before = 0, -1.0, time.monotonic()
     while not interrupted:
         time.sleep(1.0 / RATE)
@@ -158,7 +165,13 @@ def play(
         if count % CHARTS_EVERY == 0:
             display.show_traces(played)
             for number, run in enumerate(runs):
-                display.show_spectrum(run.spectrum(player.now), number)
+                absent = ENDED if player.now > run.end else NO_SPECTRUM
+                display.show_spectrum(run.spectrum(player.now), number, absent)
+            picture = '\n'.join(
+                f'{name}: ' * bool(name) + run.heading(player.now)
+                for run, name in zip(runs, names, strict=True)
+            )
+            note = Note(title, damage, picture)
             display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
     display.close()
     return 0

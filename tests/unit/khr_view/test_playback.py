@@ -76,6 +76,9 @@ class Constant:
         times = np.linspace(0.0, 1.0, self.count)
         return times, *(np.full(self.count, self.value) for _ in chart.lines)
 
+    def recorded(self, line):
+        return True
+
 
 def test_two_runs_share_each_chart_with_all_their_lines():
     played = PlayedRuns([Constant('one', 1.0, 5), Constant('other', 2.0, 9)])
@@ -86,6 +89,18 @@ def test_two_runs_share_each_chart_with_all_their_lines():
         assert [(len(each), *set(each)) for each in lines] == [
             (len(times), value) for value in (1.0, 2.0) for _ in single.lines
         ]
+
+
+def test_lines_and_charts_that_no_run_has_are_left_out():
+    one, other = Constant('one', 1.0, 5), Constant('other', 2.0, 9)
+    one.recorded = other.recorded = lambda line: line.label == 'left toe'
+    assert [line.label for line in PlayedRuns([one]).charts[0].lines] == ['left toe']
+    other.recorded = lambda line: line.label in ('left toe', 'ankle')
+    forces, corrections = (played := PlayedRuns([one, other])).charts
+    assert [line.label for line in forces.lines] == ['left toe, one', 'left toe, other']
+    assert [line.label for line in corrections.lines] == ['ankle, other']
+    times, values = played.columns(corrections)
+    assert (values == 2.0).all() and len(values) == len(times)
 
 
 def test_the_lines_of_the_shorter_run_end_where_its_recording_ends():

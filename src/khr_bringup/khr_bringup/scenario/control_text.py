@@ -31,6 +31,11 @@ def title_of(text: str) -> str:
     return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
+def bare_title(title: str) -> str:
+    """Return a title without the parts that state the controllers."""
+    return ', '.join(part for part in title.split(', ') if not STATED.match(part))
+
+
 def title_with_changes(scenario: Any, texts: Iterable[str]) -> str:
     """Return the title of a Scenario after changes, each ``node.key=value``.
 
@@ -45,6 +50,5 @@ def title_with_changes(scenario: Any, texts: Iterable[str]) -> str:
         else:
             rest.append(text)
     if changed:
-        kept = [part for part in title.split(', ') if not STATED.match(part)]
-        title = ', '.join([*kept, control_of(scenario)])
+        title = f'{bare_title(title)}, {control_of(scenario)}'
     return ', '.join([title, *rest])

@@ -8,6 +8,7 @@ from math import degrees
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.node_registry import controllers, short_name
+from khr_bringup.scenario.control_text import bare_title
 from khr_view.charts.traces import Ghost, Traces
 from khr_view.controls import SYMBOLS
 from khr_view.model.live_run import LiveRun
@@ -54,7 +55,7 @@ class Attempts:
         number = latest + 1
         slope = run.of('simulator').get('inclination_deg')
         cells = (
-            gains_text(run.known_of_controllers()) or 'no control',
+            gains_text(run.known_of_controllers()),
             f'{slope:.4g}°' if slope is not None else '',
             outcome.verdict,
             f'{1e3 * outcome.slip_distance:.1f}',
@@ -70,11 +71,16 @@ class Attempts:
 
 
 def gains_text(of_controllers: Mapping[str, Mapping[str, object]]) -> str:
-    """Return the gains of the controllers that act, such as ``K_A 12``."""
+    """Return the gains of the controllers that act, such as ``K_A 12``, or ``no control``."""
     found = []
     for node in controllers():
         known = of_controllers.get(node, {})
         if known.get('enabled') and 'gain' in known:
             name = short_name(node)
             found.append(f'{SYMBOLS.get(name, name).strip()} {known["gain"]:g}')
-    return ', '.join(found)
+    return ', '.join(found) or 'no control'
+
+
+def heading(title: str, of_controllers: Mapping[str, Mapping[str, object]], time: float) -> str:
+    """Return the heading of a picture of the charts: scenario, gains, and time in s."""
+    return f'{bare_title(title)}, {gains_text(of_controllers)}, at {time:.2f} s'

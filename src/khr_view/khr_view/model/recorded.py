@@ -22,9 +22,10 @@ from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, STAGE, TRUE_POSE, Topic
 from khr_common.maths.gaps import GAP
 from khr_sim.run_parameters import RunParameters
-from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, polled_topics
+from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, Curve, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.charts.traces import SPAN
+from khr_view.model.attempts import heading
 from khr_view.model.motion import motion_of
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
 from khr_view.model.state_text import over
@@ -65,6 +66,10 @@ class Timeline:
         self.robot = run.robot
         scenario = run.parameters
         self.title = scenario.title or scenario.name or self.name
+        self._changes = run.changes
+        self._controllers = {
+            node: scenario.whole(node) for node in controllers() if node in scenario.nodes
+        }
         self.stamps = self._tracks[TRUE_POSE].stamps
         self._snapshots = SnapshotBuilder(self.robot, scenario.table(RunParameters))
         self._analyser = scenario.table(FftAnalyserParameters)
@@ -112,6 +117,14 @@ class Timeline:
         """Return the time between samples, s."""
         return float(np.median(np.diff(self.stamps))) / 1e9 if len(self.stamps) > 1 else 0.015
 
+    def heading(self, time: float) -> str:
+        """Return the heading of a picture of the charts at a time, s."""
+        known = {node: dict(values) for node, values in self._controllers.items()}
+        for change in self._changes:
+            if change.time <= time and change.node in known:
+                known[change.node][change.parameter] = change.value
+        return heading(self.title, known, min(time, self.end))
+
     def snapshot(self, time: float) -> Snapshot:
         """Return the scene at a time, s; after the end it stays."""
         stamp_ns = round(time * 1e9)
@@ -121,6 +134,12 @@ class Timeline:
 
     def _signals(self, stamp_ns: int) -> Signals:
         return {topic: self._tracks[topic].at(stamp_ns) for topic in NEEDED}
+
+    def recorded(self, line: Curve) -> bool:
+        """Return whether there is a value of all that a line is computed from."""
+        return all(
+            np.isfinite(self._values(topic, index)[1]).any() for topic, index, _ in line.terms
+        )
 
     def columns(self, chart: Chart, time: float) -> tuple[Array, ...]:
         """Return the columns of :meth:`khr_view.charts.traces.Traces.columns` at a time, s."""

@@ -28,7 +28,7 @@ from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, Control, Tunable, Value, tunables
 from khr_view.guard import listen
 from khr_view.live_page import LivePage
-from khr_view.model.attempts import HEADS, gains_text
+from khr_view.model.attempts import HEADS, heading
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
 from khr_view.model.restart import EndAction, RestartTimer
@@ -176,8 +176,7 @@ class PageNode(KhrNode):
     def _note(self, state: str) -> None:
         trouble = self._run.trouble or ('' if self._scene.truth else NO_TRUTH)
         run = self._run
-        gains = gains_text(run.known_of_controllers()) or 'no control'
-        picture = f'{run.status.scenario}; {gains}; {run.now:.2f} s'
+        picture = heading(run.status.scenario, run.known_of_controllers(), run.now)
         rows = run.status.rows(run.now, run.over)
         self._display.show_status(Note(state, trouble, picture), rows)
 

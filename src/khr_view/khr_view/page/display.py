@@ -21,7 +21,7 @@ from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
 from khr_view.guard import AccessGuard
 from khr_view.model.snapshot import Snapshot
-from khr_view.page.charts import SpectrumChart, TimeCharts
+from khr_view.page.charts import NO_SPECTRUM, SpectrumChart, TimeCharts
 from khr_view.page.robot_view import Push, RobotView
 from khr_view.page.server import PageServer
 from khr_view.page.slope_view import SlopeView
@@ -233,10 +233,12 @@ class Display:
         """Draw the charts over time."""
         self._charts.show(traces)
 
-    def show_spectrum(self, lines: SpectrumLines | None, number: int = 0) -> None:
-        """Draw the spectrum of a run; None clears it at the start of a run or recording."""
+    def show_spectrum(
+        self, lines: SpectrumLines | None, number: int = 0, absent: str = NO_SPECTRUM
+    ) -> None:
+        """Draw the spectrum of a run; without one clear it, and show why it is absent."""
         if lines is None:
-            self._spectra[number].forget()
+            self._spectra[number].forget(absent)
         else:
             self._spectra[number].show(lines)
 

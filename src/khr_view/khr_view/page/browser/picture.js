@@ -1,69 +1,103 @@
-// Save the charts as they are shown, zoomed and all, in one picture.
+// Save the charts as they are shown, zoomed and all, in one picture for a slide.
 
+const WIDTH = 960; // px of the picture, of the size of a letter
+const SCALE = 2; // pixels of the picture for each of these
 const EDGE = 12; // px about each chart
-const SCALE = 4; // pixels of the picture for each of the page: sharp on a slide
-const TITLE = 20; // px for a title, and for a line of a legend
+const LINE = 18; // px of a line of text
+const SAMPLE = 26; // px of a line in a legend
+const SIZES = ['width', 'height'];
 
-/** Draw a chart's title, canvas and legend at a height; return where the next one begins. */
-function draw(context, chart, top, scale) {
-  const canvas = chart.querySelector('canvas');
-  const style = getComputedStyle(chart);
-  context.fillStyle = style.color;
-  context.font = `600 ${12 * scale}px system-ui, sans-serif`;
-  context.fillText(chart.querySelector('.u-title').textContent, EDGE, top + TITLE / 2);
-  top += TITLE * scale;
-  context.drawImage(canvas, EDGE, top);
-  top += canvas.height + (TITLE / 2) * scale;
-  context.font = `${11 * scale}px system-ui, sans-serif`;
-  let left = EDGE;
-  for (const series of [...chart.querySelectorAll('.u-series')].slice(1)) {
-    const label = series.querySelector('.u-label').textContent;
-    context.fillStyle = series.querySelector('.u-marker').style.borderColor || style.color;
-    context.fillText(label, left, top);
-    left += context.measureText(label).width + EDGE * scale;
+/** Have a canvas keep SCALE pixels for each that is drawn on it. */
+function sharpen(canvas) {
+  for (const size of SIZES) {
+    const { get, set } = Object.getOwnPropertyDescriptor(HTMLCanvasElement.prototype, size);
+    Object.defineProperty(canvas, size, {
+      configurable: true,
+      get() { return get.call(this) / SCALE; },
+      set(value) {
+        set.call(this, value * SCALE);
+        this.getContext('2d').setTransform(SCALE, 0, 0, SCALE, 0, 0);
+      },
+    });
   }
-  return top + TITLE * scale;
 }
 
-/** Have uPlot draw with this many pixels for each of the page. */
-async function drawAt(ratio) {
-  Object.defineProperty(window, 'devicePixelRatio', { value: ratio, configurable: true });
-  window.dispatchEvent(new Event('dppxchange'));
-  await new Promise((done) => setTimeout(done, 200));
+/** Give a chart another width, and wait until uPlot has drawn it, which is before the next frame. */
+async function widen(chart, width) {
+  chart.setSize({ width, height: chart.height });
+  await null;
 }
+
+/** Place items of some widths in lines of at most this width; return where the last one ends. */
+function place(items, left, top, width) {
+  let [x, y] = [left, top + LINE];
+  for (const { long, paint } of items) {
+    if (x > left && x + long > left + width) [x, y] = [left, y + LINE];
+    paint(x, y);
+    x += long;
+  }
+  return y;
+}
+
+/** Write a text in lines of at most this width; return where the last one ends. */
+function write(context, text, left, top, width) {
+  const items = text.split(' ').map((word) => ({
+    long: context.measureText(`${word} `).width,
+    paint: (x, y) => context.fillText(word, x, y),
+  }));
+  return place(items, left, top, width);
+}
+
+/** Return a legend's item: a piece of the line, or its shade, and its name without a word of the dash. */
+function item(context, series, color) {
+  const name = series.label.replace(/ \(.*\)$/, '');
+  return {
+    long: SAMPLE + context.measureText(`${name}    `).width,
+    paint(x, y) {
+      context.fillText(name, x + SAMPLE + 4, y);
+      context.save();
+      context.fillStyle = series.fill?.() ?? 'transparent';
+      context.fillRect(x, y - 9, SAMPLE, 10);
+      context.beginPath();
+      context.moveTo(x, y - 4);
+      context.lineTo(x + SAMPLE, y - 4);
+      context.setLineDash(series.dash ?? []);
+      context.strokeStyle = series.stroke?.() ?? color;
+      context.lineWidth = series.width;
+      if (series.width) context.stroke();
+      context.restore();
+    },
+  };
+}
+
+/** Draw a chart's title, lines and legend; return where the next one begins. */
+function draw(context, chart, color, left, top) {
+  const { root, ctx, width, height, series, data } = chart;
+  context.fillStyle = color;
+  context.font = '600 13px system-ui, sans-serif';
+  const title = root.querySelector('.u-title').textContent;
+  const bottom = write(context, title, left, top, width) + EDGE / 2;
+  context.drawImage(ctx.canvas, left, bottom, width, height);
+  context.font = '12px system-ui, sans-serif';
+  const drawn = series.filter((each, n) => n && each.show && holds(each, data[n]));
+  const legend = drawn.map((each) => item(context, each, color));
+  return place(legend, left, bottom + height, width) + 2 * EDGE;
+}
+
+/** Whether there is something to see of a line: a value, or of a shade one that is not zero. */
+const holds = ({ scale }, values) => values.some((value) => (scale === 'phase' ? value : value !== null));
 
 async function save() {
-  const usual = window.devicePixelRatio;
-  await drawAt(SCALE);
-  try {
-    compose();
-  } finally {
-    await drawAt(usual);
-  }
-}
-
-function compose() {
-  const charts = [...document.querySelectorAll('.uplot')].filter((each) => each.offsetParent);
-  const picture = document.createElement('canvas');
-  const scale = window.devicePixelRatio;
-  const canvases = charts.map((each) => each.querySelector('canvas'));
-  const title = document.querySelector('[data-khr-title]')?.dataset.khrTitle ?? '';
-  const context = picture.getContext('2d');
-  const font = `600 ${13 * scale}px system-ui, sans-serif`;
-  picture.width = Math.max(...canvases.map((each) => each.width)) + 2 * EDGE;
-  context.font = font;
-  const heading = wrap(context, title, picture.width - 2 * EDGE);
-  picture.height = canvases.reduce(
-    (sum, each) => sum + each.height + 2.5 * TITLE * scale + EDGE,
-    EDGE + heading.length * TITLE * scale);
-  const style = getComputedStyle(document.body);
-  context.fillStyle = style.backgroundColor;
-  context.fillRect(0, 0, picture.width, picture.height);
-  context.fillStyle = style.color;
-  context.font = font;
-  heading.forEach((line, n) => context.fillText(line, EDGE, (n + 1) * TITLE * scale));
-  const top = EDGE + (heading.length + 1) * TITLE * scale;
-  charts.reduce((at, each) => draw(context, each, at, scale), top);
+  const charts = Object.values(window.__viserTestpoints.uplots).map((each) => each.chart)
+    .filter(({ root, data }) => root.offsetParent && data[0].some(Boolean)); // else it is empty
+  const columns = Math.min(charts.length, 2) || 1;
+  const width = (WIDTH - EDGE) / columns - EDGE;
+  const usual = charts.map((each) => each.width);
+  charts.forEach(({ ctx }) => sharpen(ctx.canvas));
+  await Promise.all(charts.map((each) => widen(each, width)));
+  const picture = compose(charts, columns, width);
+  for (const { ctx } of charts) SIZES.forEach((size) => delete ctx.canvas[size]);
+  charts.forEach((each, n) => widen(each, usual[n]));
   picture.toBlob((blob) => {
     const link = document.createElement('a');
     link.href = URL.createObjectURL(blob);
@@ -73,15 +107,34 @@ function compose() {
   });
 }
 
-/** Break a text into lines of at most this many pixels. */
-function wrap(context, text, width) {
-  const lines = [];
-  for (const word of text.split(' ')) {
-    const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
-    if (lines.length && context.measureText(longer).width <= width) lines[lines.length - 1] = longer;
-    else lines.push(word);
-  }
-  return lines;
+/** Draw the charts in columns beneath a heading. */
+function compose(charts, columns, width) {
+  const { color, backgroundColor } = getComputedStyle(document.body);
+  const heading = document.querySelector('[data-khr-title]')?.dataset.khrTitle ?? '';
+  const sheet = document.createElement('canvas');
+  const context = sheet.getContext('2d');
+  const paint = () => {
+    context.fillStyle = color;
+    context.font = '600 15px system-ui, sans-serif';
+    let bottom = EDGE / 2;
+    for (const line of heading.split('\n')) {
+      bottom = write(context, line, EDGE, bottom, WIDTH - 2 * EDGE);
+    }
+    let top = bottom + EDGE / 2;
+    for (let row = 0; row < charts.length; row += columns) {
+      const ends = charts.slice(row, row + columns).map(
+        (each, n) => draw(context, each, color, EDGE + n * (width + EDGE), top));
+      top = Math.max(...ends);
+    }
+    return top;
+  };
+  sheet.width = WIDTH * SCALE;
+  sheet.height = paint() * SCALE; // the first time to measure
+  context.scale(SCALE, SCALE);
+  context.fillStyle = backgroundColor;
+  context.fillRect(0, 0, WIDTH, sheet.height);
+  paint();
+  return sheet;
 }
 
 document.addEventListener('click', (event) => {
