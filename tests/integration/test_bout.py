@@ -86,7 +86,16 @@ def test_a_mistake_in_a_bout_is_one_line():
     assert 'did you mean rounds?' in ended.err
 
 
-def test_a_shove_topples_who_only_stands():
-    """As the title says."""
-    result = run_bout(load_bout('shove').set_to(['simulator.engine=mujoco']))
+@pytest.mark.parametrize('bout', ['shove', 'shove_one_arm'])
+def test_a_shove_topples_who_only_stands(bout):
+    """As the title says, and the robot that shoves stays up."""
+    result = run_bout(load_bout(bout).set_to(['simulator.engine=mujoco']))
     assert (result.winner, result.rounds[0].decision.reason) == ('red', 'blue down for 3 s')
+
+
+def test_the_first_of_two_shoves_wins_a_duel():
+    """As the motions of both are the same."""
+    duel = load_bout('duel').set_to(['simulator.engine=mujoco', 'referee.time_limit=6.0'])
+    assert run_bout(duel).winner == 'red'
+    turned = duel.set_to(['red.gait.start_delay=2.0', 'blue.gait.start_delay=1.0'])
+    assert run_bout(turned).winner == 'blue'
