@@ -1,12 +1,13 @@
 """The interfaces of the node graph, each stated once: joints, frames, regions, topics.
 
 Names follow REP 103, 105, 120 and 145, with ``l_heel`` and ``r_heel`` added. Topic names are
-relative, the clock's too, so that a namespace holds a second robot with a time of its own.
+relative, the clock's too, so that a namespace holds a second robot with a time of its own. Robots
+of one world share the clock at the root.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Literal
 
@@ -33,6 +34,9 @@ REGIONS = {  # of the feet that carry a force sensor: their frames, by name
 # or at events.
 Flow = Literal['period', 'latched', 'event']
 
+# JointStates that any driver or recording may publish.
+MEASURED = ('joint_states', 'ground_truth/inclination')
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -55,12 +59,23 @@ class Topic:
 
         Only this project's nodes send such messages; ``joint_states`` is any driver's.
         """
-        return self.kind == JOINT_STATE and self not in (JOINT_STATES, TRUE_INCLINATION)
+        return self.kind == JOINT_STATE and not self.name.endswith(MEASURED)
 
     @property
     def line(self) -> str:
         """Return name, message type and flow, as a parameter holds them."""
         return f'{self.name} {self.kind} {self.flow}'
+
+    def under(self, robot: str) -> Topic:
+        """Return the topic of a robot among several, with its frame; of one alone the same."""
+        if not robot:
+            return self
+        return replace(self, name=f'{robot}/{self.name}', frame=frame_of(robot, self.frame))
+
+
+def frame_of(robot: str, frame: str) -> str:
+    """Return a frame of a robot among several; the world is common, and no frame is none."""
+    return f'{robot}/{frame}' if robot and frame not in ('', WORLD) else frame
 
 
 IMU, WRENCH, JOINT_STATE = (
@@ -188,6 +203,15 @@ SPECTRUM = Topic(
 )
 PEAKS = Topic('spectrum/peaks', STATUS_ARRAY, 'Its labelled peaks.', 'event')
 OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 'latched')
+
+# Bouts.
+DECIDED = Topic(
+    'referee',
+    JOINT_STATE,
+    'Whether the round is decided (1), and who has won it: 1 red, 2 blue, 0 neither.',
+    names=('decided', 'winner'),
+)
+DECISION = Topic('referee/decision', STATUS, 'Winner, reason and time of a round.', 'latched')
 
 # How the run goes.
 STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')

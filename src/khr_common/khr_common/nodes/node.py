@@ -25,7 +25,7 @@ from khr_common import cdr
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
-from khr_common.interfaces import DIAGNOSTICS, Topic
+from khr_common.interfaces import DIAGNOSTICS, TF, Topic, frame_of
 from khr_common.nodes.messages import (
     Output,
     blank_message,
@@ -64,6 +64,9 @@ class KhrNode(Node):  # type: ignore[misc]
 
     Subclasses build their core in ``__init__``.
 
+    Args:
+        spec: its name may begin with a namespace, as in ``red/gait``.
+
     Attributes:
         patience: s of wall time to settle in; a run kills a node that needs much longer.
         keeps: whether its output is valid only after :meth:`close`.
@@ -77,7 +80,8 @@ class KhrNode(Node):  # type: ignore[misc]
     keeps = False
 
     def __init__(self, spec: NodeSpec) -> None:
-        super().__init__(spec.name)
+        space, _, name = spec.name.rpartition('/')
+        super().__init__(name, namespace=space)
         self.table = spec.table
         self.failure: str | None = None
         self.run = own_run()
@@ -116,6 +120,23 @@ class KhrNode(Node):  # type: ignore[misc]
         qos = LATCHED if topic.flow == 'latched' else DATA
         return self.create_publisher(message_class(topic.kind), topic.name, qos)
 
+    @property
+    def label(self) -> str:
+        """Return the name of the node with its namespace, such as ``red/gait``."""
+        return str(self.get_fully_qualified_name()).lstrip('/')
+
+    def frame(self, name: str) -> str:
+        """Return a frame of the robot by its full name.
+
+        Robots that share one ``tf`` have their frames apart, by the namespace; ``odom`` is common.
+        """
+        return frame_of(self._robot, name)
+
+    @cached_property
+    def _robot(self) -> str:
+        space = str(self.get_namespace()).strip('/')
+        return space if self.resolve_topic_name(TF.name) != f'/{space}/{TF.name}' else ''
+
     def output(self, topic: Topic, message: Any = None) -> Output:
         """Create a publisher of a periodic topic.
 
@@ -126,6 +147,8 @@ class KhrNode(Node):  # type: ignore[misc]
         filled = message or blank_message(topic)
         if topic.of_run:
             filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
+        elif topic.frame:
+            filled.header.frame_id = self.frame(topic.frame)
         return Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled)))
 
     def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:

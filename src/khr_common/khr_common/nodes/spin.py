@@ -107,7 +107,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         _spin(executor, LAST_WORDS)
         failed = [node for node in nodes if node.failure]
         for node in failed:
-            print(f'{node.get_name()}: {node.failure}', file=sys.stderr, flush=True)
+            print(f'{node.label}: {node.failure}', file=sys.stderr, flush=True)
         if (
             spinner.abandoned
         ):  # all is written, and a shutdown may hang on locks of the dead parent
