@@ -5,6 +5,7 @@ from __future__ import annotations
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
     ANKLE_CORRECTION,
+    DECIDED,
     DIAGNOSTICS,
     HIP_CORRECTION,
     JOINT_REFERENCE,
@@ -30,7 +31,7 @@ SIMULATOR = NodeSpec(
     'simulator',
     'khr_sim',
     RunParameters,
-    subscribes=(JOINT_REFERENCE, ANKLE_CORRECTION, HIP_CORRECTION, PUSH, READY),
+    subscribes=(JOINT_REFERENCE, ANKLE_CORRECTION, HIP_CORRECTION, DECIDED, PUSH, READY),
     publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, PUSHED, DIAGNOSTICS),
     node='khr_sim.nodes.simulator:SimulatorNode',
 )

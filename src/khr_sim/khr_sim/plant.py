@@ -64,22 +64,30 @@ class Plant:
         warn_unless_portable()
         self._hash = hashlib.sha256()
         self._end_ns = round(parameters[0].duration * 1e9) or None
-        self._due: deque[Sequence[Sequence[float]]] = deque()  # targets of the coming periods, rad
+        # of the coming periods: targets, rad, or the reason to end instead
+        self._due: deque[Sequence[Sequence[float]] | str] = deque()
         self.truths: list[GroundTruth]
 
     def start(self, postures: Sequence[Sequence[float]]) -> list[GroundTruth]:
         """Put the robots on the ground in their postures, 17 angles in rad each, at time zero."""
         self._hash = hashlib.sha256()
-        self._due = deque([postures] * self.parameters[0].control_delay)
+        self._due = deque[Sequence[Sequence[float]] | str](
+            [postures] * self.parameters[0].control_delay
+        )
         truths = self._take(self.world.reset(postures))
         for number, pushes in enumerate(self._timed):
             for push in pushes:
                 self.world.push(push, number)
         return truths
 
-    def answer(self, targets: Sequence[Sequence[float]]) -> None:
-        """Queue the answer to the next sample: 17 joint angles in rad of each robot."""
-        self._due.append(targets)
+    def answer(self, targets: Sequence[Sequence[float]], end: str = '') -> None:
+        """Queue the answer to the next sample: 17 joint angles in rad of each robot.
+
+        Args:
+            targets: of the robots.
+            end: the reason to end the run when the answer is to act; by default it goes on.
+        """
+        self._due.append(end or targets)
 
     @property
     def ready(self) -> bool:
@@ -92,9 +100,10 @@ class Plant:
         Raises:
             KhrError: if the answer is missing, or is not 17 finite numbers of each robot.
         """
-        if not self._due:
+        targets = self._due.popleft() if self._due else ''
+        if isinstance(targets, str):
             raise KhrError('answer: missing; accepted: one to each sample, before it acts')
-        return self._take(self.world.advance(self._due.popleft()))
+        return self._take(self.world.advance(targets))
 
     def configure(self, parameters: Sequence[RunParameters]) -> None:
         """Apply changed parameters of each robot."""
@@ -118,13 +127,16 @@ class Plant:
 
     @property
     def end(self) -> str:
-        """Return the end of the run, ``tilted`` or ``duration``; empty while it runs."""
+        """Return the end of the run; empty while it goes on.
+
+        It is ``tilted``, ``duration``, or the one that the next answer to act states.
+        """
         for truth, own in zip(self.truths, self.parameters, strict=True):
             if truth.tilt > radians(own.stop_when_tilted_deg):
                 return 'tilted'
         if self._end_ns is not None and self.truths[0].stamp_ns >= self._end_ns:
             return 'duration'
-        return ''
+        return self._due[0] if self._due and isinstance(self._due[0], str) else ''
 
     @property
     def trajectory_hash(self) -> str:

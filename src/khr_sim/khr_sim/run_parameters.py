@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from khr_common import ParameterError, parameter
 from khr_common.errors import KhrError
@@ -14,7 +17,9 @@ from khr_sim.physics.push import Push
 
 LONGEST_ARM = 1.0  # m from the origin of a link to the point of a push
 
-GAIT = 'gait'
+GAIT, REFEREE = 'gait', 'referee'
+# What robots of one world may have apart.
+OF_ROBOT = ('seed', 'initial_tilt_deg', 'zero_error_deg', 'pushes')
 SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
 
 
@@ -42,6 +47,12 @@ class RunParameters(SimulatorParameters):
         SOURCES,
         'Nodes that answer each sample, and that lockstep waits for: the gait with joint '
         'angles, and controllers with corrections, which are added in this order.',
+        wiring=True,
+    )
+    robots: tuple[str, ...] = parameter(
+        ('',),
+        'Robots of a bout, each as JSON: its name, its start (x and y in m, heading in deg), and '
+        'those of these parameters that differ between robots. Empty for one robot.',
         wiring=True,
     )
     listeners: tuple[str, ...] = parameter(
@@ -113,6 +124,22 @@ class RunParameters(SimulatorParameters):
         except KhrError as error:
             raise ParameterError(f'pushes: {error}') from error
 
+    def of_robots(self) -> Mapping[str, RunParameters]:
+        """Return the parameters of each robot, by name; the name of a robot alone is empty."""
+        shared = vars(self)
+        return {
+            robot.get('name', ''): RunParameters(**shared | _tuples(robot.get('parameters', {})))
+            for robot in self._robots
+        }
+
+    def starts(self) -> list[tuple[float, float, float]]:
+        """Return x and y in m and heading in deg of the start of each robot."""
+        return [tuple(robot.get('start', (0.0, 0.0, 0.0))) for robot in self._robots]
+
+    @property
+    def _robots(self) -> list[dict[str, Any]]:
+        return [json.loads(text) if text else {} for text in self.robots]
+
     def check_push(self, push: Push) -> None:
         """Check a push against robot and limits.
 
@@ -127,3 +154,19 @@ class RunParameters(SimulatorParameters):
         ):
             if not fine:
                 raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
+
+
+def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: tuple(each) if isinstance(each, list) else each for key, each in values.items()}
+
+
+def robot_line(name: str, start: Sequence[float], parameters: RunParameters) -> str:
+    """Return a robot of a bout as the parameter ``robots`` has it.
+
+    Args:
+        name: its namespace.
+        start: x and y in m, heading in deg.
+        parameters: of which it has some apart.
+    """
+    own = {key: getattr(parameters, key) for key in OF_ROBOT}
+    return json.dumps({'name': name, 'start': list(start), 'parameters': own})

@@ -85,3 +85,16 @@ def test_a_run_ends_after_its_duration(plant):
 def test_a_correction_of_an_unknown_joint_is_refused():
     with pytest.raises(KhrError, match="joint: 'l_tail' is not accepted"):
         mix(STANCE, [{'l_tail': 0.1}])
+
+
+@pytest.mark.parametrize('plant', [0, 1], indirect=True)
+def test_the_end_that_an_answer_states_comes_when_it_would_act(plant):
+    plant.start([STANCE])
+    plant.answer([STANCE], end='referee')
+    for _ in range(plant.parameters[0].control_delay):
+        assert plant.end == ''
+        plant.advance()
+        plant.answer([STANCE])
+    assert plant.end == 'referee'
+    with pytest.raises(KhrError, match='answer: missing'):
+        plant.advance()

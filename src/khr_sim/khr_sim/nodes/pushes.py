@@ -10,16 +10,19 @@ from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 
 
-def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) -> Push:
+def read_push(
+    message: WrenchStamped, parameters: RunParameters, now_ns: int, robot: str = ''
+) -> Push:
     """Convert a message to a push; a push in the past starts now.
 
     Args:
         message: with the force in the frame of the world or of a link, which it then acts on.
         parameters: give the link for a force in the world frame, the point and the duration.
         now_ns: time of the latest sample, ns.
+        robot: that is pushed; its name may be before the link.
     """
     p, force = parameters, message.wrench.force
-    frame = message.header.frame_id or WORLD
+    frame = message.header.frame_id.removeprefix(f'{robot}/') or WORLD
     x, y, z = p.push_point
     push = Push(
         start=max(to_nanoseconds(message.header.stamp), now_ns) / 1e9,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from functools import partial
+from math import radians
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
@@ -13,17 +14,7 @@ from std_srvs.srv import SetBool
 
 from khr_common import KhrError
 from khr_common.block import NodeSpec
-from khr_common.interfaces import (
-    FINISHED,
-    JOINT_REFERENCE,
-    JOINTS,
-    PUSH,
-    PUSHED,
-    READY,
-    STATE,
-    Topic,
-    correction,
-)
+from khr_common.interfaces import FINISHED, JOINTS, PUSH, PUSHED, READY, STATE, frame_of
 from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
@@ -32,16 +23,21 @@ from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.metronome import Metronome
 from khr_sim.nodes.pushes import read_push
+from khr_sim.nodes.sources import full_name, is_gait, postures_of, targets_of, topic_of
 from khr_sim.nodes.truth_publisher import TruthPublisher
-from khr_sim.plant import Plant, mix
-from khr_sim.run_parameters import GAIT, RunParameters
+from khr_sim.physics.body import Start
+from khr_sim.physics.truth import GroundTruth
+from khr_sim.plant import Plant
+from khr_sim.run_parameters import REFEREE, RunParameters
 
-AT_REST = (0.0,) * len(JOINTS)  # joint angles of the robot in a run without a gait, rad
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
 
 class SimulatorNode(KhrNode):
     """Publish the ground truth of each control period, collect the answers, step the physics.
+
+    Of several robots in one world each has its topics in its namespace; the clock is common. The
+    state is published at the root too. The referee of a bout is one of the nodes that answer.
 
     States: ``waiting`` (for the first reference, the first answers and the listeners),
     ``running``, ``paused``, ``finished``.
@@ -52,19 +48,27 @@ class SimulatorNode(KhrNode):
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
-        self.plant = Plant([self.parameters])
-        self._output = TruthPublisher(self, self.plant.world.robot.urdf)
-        self._state_out = self.publisher(STATE)
+        own = self.parameters.of_robots()
+        self._robots = list(own)  # names; an empty one of a robot alone
+        starts = [Start(x, y, radians(heading)) for x, y, heading in self.parameters.starts()]
+        self.plant = Plant(list(own.values()), starts)
+        urdf = self.plant.world.robot.urdf
+        self._outputs = [
+            TruthPublisher(self, urdf, robot, clock=not number)
+            for number, robot in enumerate(self._robots)
+        ]
+        spaces = dict.fromkeys(['', *self._robots])
+        self._states_out = [self.publisher(STATE.under(space)) for space in spaces]
         self._latency = Latency()
         self._sources = [name for name in self.parameters.answers if name]
         self._lockstep: Lockstep[JointAnswer] = Lockstep(self._sources, self.parameters.listeners)
         for source in self._sources:
-            self.subscribe_bytes(
-                _answers_of(source), read_answer, partial(self._on_answer, source)
-            )
-        self.subscribe(READY, self._on_ready)
-        self._pushes_out = self.publisher(PUSHED)
-        self.subscribe(PUSH, self._on_push)
+            self.subscribe_bytes(topic_of(source), read_answer, partial(self._on_answer, source))
+        for space in spaces:
+            self.subscribe(READY.under(space), partial(self._on_ready, space))
+        self._pushes_out = [self.publisher(PUSHED.under(robot)) for robot in self._robots]
+        for number, robot in enumerate(self._robots):
+            self.subscribe(PUSH.under(robot), partial(self._on_push, number))
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.by_wall_clock(ASK_AGAIN, self._on_watch)
         on_tick = self._pump if self._in_lockstep else self._on_tick
@@ -74,11 +78,11 @@ class SimulatorNode(KhrNode):
         self._published = self._reported = time.monotonic()
         self._punctuality = Punctuality()
         self._enter('waiting')
-        self._output.describe()
-        if GAIT not in self._sources:
-            self._begin(AT_REST)
-        else:
-            self._output.tick(0)
+        for output in self._outputs:
+            output.describe()
+        self._begin()
+        if not self._started:
+            self._outputs[0].tick(0)
 
     @property
     def _in_lockstep(self) -> bool:
@@ -86,7 +90,7 @@ class SimulatorNode(KhrNode):
 
     def configure(self, parameters: RunParameters) -> None:
         """Apply changed parameters from the next control period on."""
-        self.plant.configure([parameters])
+        self.plant.configure(list(parameters.of_robots().values()))
         self._metronome.configure(parameters)
 
     @property
@@ -110,10 +114,20 @@ class SimulatorNode(KhrNode):
 
     # ---- the phases of a run ----
 
-    def _begin(self, posture: Sequence[float]) -> None:
-        self._started = True
-        (truth,) = self.plant.start([posture])
-        self._output.publish(truth)
+    def _begin(self) -> None:
+        """Put the robots on the ground, once each gait has given the first reference."""
+        given = self._lockstep.barrier.given()
+        if all(source in given for source in self._sources if is_gait(source)):
+            self._started = True
+            self._publish(self.plant.start(postures_of(self._robots, given)))
+
+    def _publish(self, truths: Sequence[GroundTruth]) -> None:
+        for output, truth in zip(self._outputs, truths, strict=True):
+            output.publish(truth)
+
+    def _repeat(self) -> None:
+        for output in self._outputs:
+            output.repeat()
 
     def _pump(self) -> None:
         """Simulate as many periods as the answers allow."""
@@ -125,44 +139,46 @@ class SimulatorNode(KhrNode):
     def _go_on(self) -> None:
         lockstep = self._lockstep
         if not self._started:
-            reference = lockstep.barrier.given().get(GAIT)
-            if reference is None:
+            self._begin()
+            if not self._started:
                 return
-            self._begin(reference.position)
         if self.state == 'waiting' and not lockstep.absent():
             self._enter('running')
         while self.state == 'running' and self._in_lockstep:
             answers = lockstep.barrier.take()
             if answers is not None:
                 self._answer(answers)
+            if self._over():
+                return
             if lockstep.missing(self.plant.ready) or not self._metronome.begins():
                 return
             self._advance()
 
     def _answer(self, answers: Mapping[str, JointAnswer]) -> None:
         """Queue the answers to a sample; corrections are added in the order of the sources."""
-        reference = answers[GAIT].position if GAIT in answers else AT_REST
-        corrections = [
-            dict(zip(answers[source].name, answers[source].position, strict=True))
-            for source in self._sources
-            if source != GAIT and source in answers
-        ]
-        self.plant.answer([mix(reference, corrections)])
+        decided = REFEREE in answers and answers[REFEREE].position[0]
+        targets = targets_of(self._robots, self._sources, answers)
+        self.plant.answer(targets, REFEREE if decided else '')
+
+    def _over(self) -> bool:
+        """Return whether the run has ended; publish its end."""
+        if self.plant.end:
+            self._enter(FINISHED, end=self.plant.end)
+        return bool(self.plant.end)
 
     def _advance(self) -> None:
-        (truth,) = self.plant.advance()
-        self.now_ns = truth.stamp_ns
+        truths = self.plant.advance()
+        self.now_ns = truths[0].stamp_ns
         self._lockstep.barrier.open(self.now_ns)
         self._lockstep.reported()
         self._published = time.monotonic()
-        self._output.publish(truth)
-        if self.plant.end:
-            self._enter('finished', end=self.plant.end)
+        self._publish(truths)
 
     # ---- subscriptions ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
-        if source == GAIT and answer.name != JOINTS:
+        gait = is_gait(source)
+        if gait and answer.name != JOINTS:
             raise MalformedError('not all joints in their order')
         if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:
             self._contradicted(source, answer.stamp_ns)
@@ -170,34 +186,37 @@ class SimulatorNode(KhrNode):
         if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
         # The first sample is republished until the run starts; its answers have no latency.
-        if source != GAIT and self.state == 'running' and answer.stamp_ns == self.now_ns:
+        if not gait and self.state == 'running' and answer.stamp_ns == self.now_ns:
             self._latency.add(time.monotonic() - self._published)
         self._pump()
 
     def _contradicted(self, source: str, stamp_ns: int) -> None:
         """Reject a contradicting answer; end the run if a second publisher may have sent it."""
-        topic = _answers_of(source)
+        topic = topic_of(source)
         if self.count_publishers(topic.name) > 1:
             problem = f'another answer to t = {stamp_ns / 1e9:.3f} s than before'
             self._abort(f'{topic.name}: {problem}, from {self.senders(topic)}')
         else:
             self.refuse(topic, 'another answer to a sample than before')
 
-    def _on_ready(self, message: String) -> None:
+    def _on_ready(self, space: str, message: String) -> None:
         name, stamp_ns = read_ready(message.data, self.run)
-        if self._lockstep.receipts.take(name, stamp_ns, self.now_ns):
+        if self._lockstep.receipts.take(full_name(space, name), stamp_ns, self.now_ns):
             self._lockstep.reported()
             self._pump()
 
-    def _on_push(self, message: WrenchStamped) -> None:
+    def _on_push(self, number: int, message: WrenchStamped) -> None:
+        robot = self._robots[number]
         try:
-            push = read_push(message, self.parameters, self.now_ns)
-            self.plant.world.push(push)
+            push = read_push(message, self.parameters, self.now_ns, robot)
+            self.plant.world.push(push, number)
         except KhrError as error:
             raise MalformedError(str(error)) from error
-        message.header.frame_id = push.frame
+        message.header.frame_id = frame_of(robot, push.frame)
         restamp(message.header.stamp, round(push.start * 1e9))
-        self._pushes_out.publish(message)  # with its exact start and frame, for the recorder
+        self._pushes_out[number].publish(
+            message
+        )  # with its exact start and frame, for the recorder
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         able = self.state in ('running', 'paused')
@@ -222,12 +241,14 @@ class SimulatorNode(KhrNode):
         fresh = {
             source: answer
             for source, answer in answers.items()
-            if source == GAIT or answer.stamp_ns >= oldest
+            if is_gait(source) or answer.stamp_ns >= oldest
         }
         self._punctuality.stale += len(answers) - len(fresh)
         try:
             self._answer(fresh)
-            self._advance()
+            if not self._over():
+                self._advance()
+                self._over()
         except KhrError as error:
             self._abort(str(error))
 
@@ -250,7 +271,7 @@ class SimulatorNode(KhrNode):
         if reason:
             self._abort(reason)
         elif not ready:
-            self._output.repeat()
+            self._repeat()
 
     def _wait(self) -> None:
         reason = self._lockstep.never_started(self.parameters.start_timeout)
@@ -258,9 +279,9 @@ class SimulatorNode(KhrNode):
             self._abort(reason)
             return
         if self._started:
-            self._output.repeat()
+            self._repeat()
         else:
-            self._output.tick(0)
+            self._outputs[0].tick(0)
         if self._lockstep.absent() != self._absent:
             self._enter('waiting')
 
@@ -282,14 +303,9 @@ class SimulatorNode(KhrNode):
         if state == FINISHED:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
             values |= {} if self._in_lockstep else self._punctuality.result().texts()
-        self._state_out.publish(
-            status(
-                'simulator',
-                state,
-                values,
-                DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK,
-            )
-        )
+        level = DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK
+        for publisher in self._states_out:
+            publisher.publish(status('simulator', state, values, level))
 
     def _report(self) -> None:
         kept = self._punctuality
@@ -303,7 +319,3 @@ class SimulatorNode(KhrNode):
                 **self._latency.figures(),
             },
         )
-
-
-def _answers_of(source: str) -> Topic:
-    return JOINT_REFERENCE if source == GAIT else correction(source, ())

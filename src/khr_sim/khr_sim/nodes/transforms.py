@@ -27,8 +27,8 @@ class TransformsNode(KhrNode):
         self._tree = JointTree(Robot.load())
         publisher, self._static = self.publisher(TF), self.publisher(TF_STATIC)
         self._outputs = {
-            TRUE_POSE: Output(publisher, _template(((WORLD, BODY),))),
-            JOINT_STATES: Output(publisher, _template(self._tree.moving)),
+            TRUE_POSE: Output(publisher, self._template(((WORLD, BODY),))),
+            JOINT_STATES: Output(publisher, self._template(self._tree.moving)),
         }
         self._stamps = {topic: StampSequence() for topic in self._outputs}
         self._counts = dict.fromkeys(self._outputs, 0)
@@ -40,7 +40,7 @@ class TransformsNode(KhrNode):
 
     def _publish_static(self) -> None:
         """Publish the static transforms."""
-        self._static.publish(_template(self._tree.fixed).filled(0, self._tree.still))
+        self._static.publish(self._template(self._tree.fixed).filled(0, self._tree.still))
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         if not self._stamps[topic].is_new(stamp_ns):
@@ -53,6 +53,6 @@ class TransformsNode(KhrNode):
         self._outputs[topic].fill(stamp_ns, found)
         self._outputs[topic].send()
 
-
-def _template(frames: Frames) -> MessageTemplate:
-    return MessageTemplate(*cdr.transforms(frames))
+    def _template(self, frames: Frames) -> MessageTemplate:
+        named = [(self.frame(parent), self.frame(child)) for parent, child in frames]
+        return MessageTemplate(*cdr.transforms(named))

@@ -17,6 +17,7 @@ from khr_common.interfaces import (
     TRUE_POSE,
     TRUE_SOLES,
     WORLD,
+    frame_of,
 )
 from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
@@ -24,11 +25,18 @@ from khr_sim.physics.truth import SIGNALS, GroundTruth
 
 
 class TruthPublisher:
-    """Publish the ground truth: signals, and the derivatives in their messages."""
+    """Publish the ground truth of a robot: signals, and the derivatives in their messages.
 
-    def __init__(self, node: KhrNode, urdf: str) -> None:
+    Args:
+        node: that has the publishers.
+        urdf: the description of the robot.
+        robot: its namespace; empty for one robot alone.
+        clock: whether to publish the clock too, in the namespace of the node.
+    """
+
+    def __init__(self, node: KhrNode, urdf: str, robot: str = '', clock: bool = True) -> None:
         blanks = [BLANK] * len(JOINTS)
-        odometry = Odometry(child_frame_id=BODY)
+        odometry = Odometry(child_frame_id=frame_of(robot, BODY))
         odometry.header.frame_id, odometry.pose.pose = WORLD, _blank_pose()
         odometry.twist.twist.linear = odometry.twist.twist.angular = blank_vector()
         soles = PoseArray(poses=[_blank_pose(), _blank_pose()])
@@ -41,8 +49,14 @@ class TruthPublisher:
             TRUE_SOLES: soles,
         }
         # The clock first: it triggers the answers.
-        self._outputs = {topic: node.output(topic, messages.get(topic)) for topic in SIGNALS}
-        self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION), urdf
+        self._outputs = {
+            topic: node.output(
+                topic if topic == CLOCK else topic.under(robot), messages.get(topic)
+            )
+            for topic in SIGNALS
+            if clock or topic != CLOCK
+        }
+        self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION.under(robot)), urdf
 
     def describe(self) -> None:
         """Publish the robot description, once per run."""
@@ -56,8 +70,9 @@ class TruthPublisher:
     def publish(self, truth: GroundTruth) -> None:
         """Publish the ground truth of one sample, the clock first."""
         speeds = truth.speeds()
-        for topic, values in truth.signals().items():
-            self._outputs[topic].fill(truth.stamp_ns, (*values, *speeds.get(topic, ())))
+        signals = truth.signals()
+        for topic, output in self._outputs.items():
+            output.fill(truth.stamp_ns, (*signals[topic], *speeds.get(topic, ())))
         self.repeat()
 
     def repeat(self) -> None:
