@@ -20,6 +20,7 @@ setup(
             'fft_analyser = khr_analysis.node_specs:FFT_ANALYSER',
             'monitor = khr_analysis.node_specs:MONITOR',
             'run_phase = khr_analysis.node_specs:RUN_PHASE',
+            'referee = khr_analysis.node_specs:REFEREE',
             'recorder = khr_analysis.node_specs:RECORDER',
         ]
     },

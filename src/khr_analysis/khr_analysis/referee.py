@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import Any, NamedTuple
 
-from khr_analysis.outcome import Outcome
-from khr_common import ParameterError, parameter
+from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
+from khr_common import ParameterError, build, parameter
+from khr_common.block import Block, Numbers, Signals
+from khr_common.interfaces import DECIDED, TRUE_POSE
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
@@ -36,16 +38,42 @@ class RefereeParameters:
         1,
         'Rounds, each with other seeds; a robot that wins more than half ends the bout.',
         '[1, 99]',
+        read_only=True,
     )
-    time_limit: float = parameter(180.0, 'Time of a round.', '[0.1, 3600] s')
+    time_limit: float = parameter(180.0, 'Time of a round.', '[0.1, 3600] s', read_only=True)
     down_time: float = parameter(
-        3.0, 'Time that a robot must stay down to lose the round.', '[0, 60] s'
+        3.0, 'Time that a robot must stay down to lose the round.', '[0, 60] s', read_only=True
+    )
+    fall_tilt_deg: float = parameter(
+        MonitorParameters.fall_tilt_deg,
+        'Angle between torso and vertical from which on a robot is down.',
+        '[5, 90] deg',
+        read_only=True,
+    )
+    fall_height: float = parameter(
+        MonitorParameters.fall_height,
+        'Height of the torso above the lower sole, over that at the start, below which a robot '
+        'is down.',
+        '[0, 1]',
+        read_only=True,
     )
     ring_width: float = parameter(
-        1.8, 'Distance between two opposite edges of the octagonal ring.', '[0.5, 10] m'
+        1.8,
+        'Distance between two opposite edges of the octagonal ring.',
+        '[0.5, 10] m',
+        read_only=True,
     )
     red_start: tuple[float, ...] = _start(-0.3, 0.0)
     blue_start: tuple[float, ...] = _start(0.3, 180.0)
+
+    @property
+    def down(self) -> dict[str, float]:
+        """Return the parameters by which the monitors judge that a robot is down, by name."""
+        return {
+            'fall_tilt_deg': self.fall_tilt_deg,
+            'fall_height': self.fall_height,
+            'fall_time': self.down_time,
+        }
 
     def __post_init__(self) -> None:
         for name in ('red_start', 'blue_start'):
@@ -115,3 +143,40 @@ def _lost(robots: Sequence[str], how: str, time: float) -> Decision:
     if len(robots) > 1:
         return Decision(DRAW, f'both {how}', time)
     return Decision(BLUE if robots[0] == RED else RED, f'{robots[0]} {how}', time)
+
+
+class RefereeBlock(Block[RefereeParameters]):
+    """Judge a round by the ground truth of both robots, at each sample until it is decided.
+
+    Attributes:
+        decision: of the round; None while it goes on.
+    """
+
+    subscribes = tuple(topic.under(robot) for robot in ROBOTS for topic in OBSERVED)
+    publishes = (DECIDED,)
+
+    def __init__(self, parameters: RefereeParameters) -> None:
+        super().__init__(parameters)
+        own = build(MonitorParameters, parameters.down)
+        self._monitors = {robot: OutcomeMonitor(own) for robot in ROBOTS}
+        self._seen = {
+            robot: [(topic, topic.under(robot)) for topic in OBSERVED] for robot in ROBOTS
+        }
+        self._referee = Referee(parameters)
+        self.decision: Decision | None = None
+
+    def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
+        """Return whether the round is decided, and the number of its winner."""
+        if self.decision is None:
+            stamp_ns = round(time * 1e9)
+            outcomes = {
+                robot: monitor.update(
+                    stamp_ns, {topic: signals[full] for topic, full in self._seen[robot]}
+                )
+                for robot, monitor in self._monitors.items()
+            }
+            places = {robot: signals[TRUE_POSE.under(robot)] for robot in ROBOTS}
+            self.decision = self._referee.judge(time, outcomes, places)
+        if self.decision is None:
+            return ((0.0, 0.0),)
+        return ((1.0, float((DRAW, *ROBOTS).index(self.decision.winner))),)

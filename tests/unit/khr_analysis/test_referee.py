@@ -1,10 +1,13 @@
 """The rules of a bout: knockdown, ring, time, and two that go down together."""
 
+from math import cos, radians, sin
+
 import pytest
 
-from khr_analysis.outcome import Outcome
-from khr_analysis.referee import Referee, RefereeParameters, beyond
+from khr_analysis.outcome import OBSERVED, Outcome
+from khr_analysis.referee import Referee, RefereeBlock, RefereeParameters, beyond
 from khr_common import ParameterError, build
+from khr_common.interfaces import TRUE_POSE, TRUE_SOLES
 
 RULES = build(RefereeParameters, {'time_limit': 30.0, 'down_time': 3.0})
 INSIDE = {'red': (0.0, 0.0, 0.2), 'blue': (0.3, 0.0, 0.2)}
@@ -68,3 +71,31 @@ def test_the_ring_is_an_octagon(place, outside):
 def test_rules_that_cannot_be_are_refused(values, text):
     with pytest.raises(ParameterError, match=text):
         build(RefereeParameters, values)
+
+
+def seen(red_tilt_deg=0.0, blue_x=0.3):
+    """Return the ground truth of both robots: red tilted about y, blue at a place."""
+    signals = {}
+    for robot, tilt, x in (('red', red_tilt_deg, 0.0), ('blue', 0.0, blue_x)):
+        half = radians(tilt) / 2.0
+        turn = (0.0, sin(half), 0.0, cos(half))
+        soles = (x, 0.04, 0.0, 0.0, 0.0, 0.0, 1.0, x, -0.04, 0.0, 0.0, 0.0, 0.0, 1.0)
+        values = {TRUE_POSE: (x, 0.0, 0.2, *turn), TRUE_SOLES: soles}
+        for topic in OBSERVED:
+            signals[topic.under(robot)] = values.get(topic, (0.0, 0.0, 4.0))
+    return signals
+
+
+def test_the_referee_of_a_graph_judges_the_truth_of_both_until_it_has_decided():
+    block = RefereeBlock(RULES)
+    assert set(block.subscribes) == set(seen())
+    answers = [block.update(time, seen(red_tilt_deg=90.0)) for time in (0.0, 2.9, 3.0)]
+    assert answers == [((0.0, 0.0),), ((0.0, 0.0),), ((1.0, 2.0),)]  # blue has won
+    assert block.decision == ('blue', 'red down for 3 s', 3.0)
+    assert block.update(3.1, seen(blue_x=2.0)) == answers[-1]
+
+
+def test_the_rules_say_when_a_robot_is_down():
+    block = RefereeBlock(build(RefereeParameters, {'fall_tilt_deg': 90.0, 'down_time': 1.0}))
+    for time in (0.0, 2.0):
+        assert block.update(time, seen(red_tilt_deg=80.0)) == ((0.0, 0.0),)

@@ -20,6 +20,7 @@ from khr_common.interfaces import (
     JOINT_STATE,
     LOG,
     SCENARIO,
+    STATE,
     STATUS_ARRAY,
     TRANSFORMS,
     TRUE_POSE,
@@ -68,6 +69,12 @@ class RecorderNode(Listener):
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
         recorded = self.parameters.recorded()
         self._topics = {self.resolve_topic_name(topic.name): topic for topic in recorded}
+        # Namespaces of the run: each has the state of its robot.
+        self._spaces = {self.get_namespace().rstrip('/')} | {
+            name.removesuffix(f'/{STATE.name}')
+            for name in self._topics
+            if name.endswith(f'/{STATE.name}')
+        }
         self._kinds = {
             name: message_class(topic.kind)
             for name, topic in self._topics.items()
@@ -131,7 +138,7 @@ class RecorderNode(Listener):
         except cdr.UNREADABLE:
             self.refuse(LOG, f'no readable {LOG.kind}')
             return
-        if source.rpartition('/')[0] == self.get_namespace().rstrip('/'):
+        if source.rpartition('/')[0] in self._spaces:
             self._on_message(name, data)
 
     def _on_message(self, name: str, data: bytes) -> None:
