@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
@@ -34,7 +35,7 @@ def graph(tmp_path, monkeypatch):
     children = {}
     parameters = tmp_path / 'scenario.yaml'
     parameters.write_text(SCENARIO.to_yaml())
-    wiring = Wiring.derive(SCENARIO, tmp_path)
+    wiring = Wiring.derive(Robots.alone(SCENARIO), tmp_path)
     wiring.values['simulator']['start_timeout'] = 0.0
     connected = wiring.write(tmp_path)
     with registered('by_hand', tmp_path) as entry:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
 
@@ -23,7 +24,10 @@ class Robot:
     def __init__(self, namespace, scenario, folder):
         self.scenario, self.folder = scenario, folder
         folder.mkdir()
-        file, wiring = folder / 'scenario.yaml', Wiring.derive(scenario, folder).write(folder)
+        file, wiring = (
+            folder / 'scenario.yaml',
+            Wiring.derive(Robots.alone(scenario), folder).write(folder),
+        )
         file.write_text(scenario.to_yaml())
         self.ros = ['--ros-args', '-r', f'__ns:=/{namespace}']
         entries = [registry()[node].entry for node in scenario.nodes]

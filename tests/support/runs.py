@@ -118,16 +118,16 @@ def khr(*arguments, folder=None, timeout=90, measured=False):
 
 def children(process):
     """Return the processes of a run by node; one process with all nodes is called graph."""
-    found = {}
+    running = {}
     for child in psutil.Process(process.pid).children():
         nodes = [
-            word.split(':')[1].lower()
+            f'{found[1] or ""}{found[2].lower()}'
             for word in child.cmdline()
-            if re.fullmatch(r'[\w.]+:[A-Z_]+', word)
+            if (found := re.fullmatch(r'(\w+/)?[\w.]+:([A-Z_]+)', word))
         ]
         if nodes:
-            found[nodes[0] if len(nodes) == 1 else 'graph'] = child
-    return found
+            running[nodes[0] if len(nodes) == 1 else 'graph'] = child
+    return running
 
 
 def interrupt(process, number=signal.SIGINT):

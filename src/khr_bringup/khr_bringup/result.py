@@ -10,6 +10,7 @@ from typing import Any
 
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import Value, outcome_of, values_of
+from khr_analysis.referee import Decision
 from khr_bringup.changes import Change
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
@@ -54,6 +55,7 @@ class Result:
         realtime: how it kept to the wall clock; None in lockstep.
         changes: of parameters, made from outside while it ran.
         warnings: errors that nodes reported.
+        decision: of the referee, in a bout.
         failure: a process that did not end well after the run; empty if all did.
     """
 
@@ -67,6 +69,7 @@ class Result:
     realtime: RealTime | None = None
     changes: tuple[Change, ...] = ()
     warnings: tuple[str, ...] = ()
+    decision: Decision | None = None
     failure: str = ''
 
     @property

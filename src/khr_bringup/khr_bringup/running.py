@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import RunEntry, check_domain, registered, write_entry
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
@@ -57,7 +58,8 @@ def run_to_end(
         write_entry(entry)
         callbacks.started(entry)
         noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
-        return run_graph(scenario, folder, entry, options, noted)
+        (result,) = run_graph(Robots.alone(scenario), folder, entry, options, noted)
+        return result
 
 
 def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:

@@ -13,7 +13,7 @@ from khr_bringup.bout.fight import Round
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
 from khr_common.cdr import MessageTemplate
-from khr_common.interfaces import CLOCK, FINISHED, OUTCOME, SCENARIO, STATE, Topic
+from khr_common.interfaces import FINISHED, OUTCOME, SCENARIO, STATE, Topic
 from khr_common.nodes.messages import Output, blank_message, serialized, status
 from khr_description.robot import Robot
 from khr_sim.nodes.truth_publisher import TruthPublisher
@@ -37,9 +37,13 @@ class RoundBag:
         self._outputs: dict[tuple[str, Topic], Output] = {}
         self._truths: dict[str, TruthPublisher] = {}
         for number, (robot, scenario) in enumerate(bout.robots.items()):
-            writer = _Namespace(self, robot, clock=not number)
-            # It takes any node that makes publishers.
-            self._truths[robot] = TruthPublisher(writer, Robot.load().urdf)  # type: ignore[arg-type]
+            writer = _Writer(self)
+            self._truths[robot] = TruthPublisher(
+                writer,  # type: ignore[arg-type]  # it takes any node that makes publishers
+                Robot.load().urdf,
+                robot,
+                clock=not number,
+            )
             self._truths[robot].describe()
             specs = [spec_of(node) for node in scenario.nodes]
             self._topics[robot] = [
@@ -50,7 +54,7 @@ class RoundBag:
                 if topic.flow == 'period'
             ]
             for topic in self._topics[robot]:
-                self._outputs[robot, topic] = writer.output(topic)
+                self._outputs[robot, topic] = writer.output(topic.under(robot))
 
     def take(self, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]) -> None:
         """Write a sample."""
@@ -66,15 +70,17 @@ class RoundBag:
         """Write the end of the round, if it has one, and finish the bag."""
         for robot, outcome in ended.outcomes.items() if ended else ():
             assert ended is not None
-            writer = _Namespace(self, robot)
+            writer = _Writer(self)
             verdict = {name: str(value) for name, value in values_of(outcome).items()}
-            writer.publisher(OUTCOME).publish(status('monitor', outcome.verdict, verdict))
+            writer.publisher(OUTCOME.under(robot)).publish(
+                status('monitor', outcome.verdict, verdict)
+            )
             values = {
                 'time_ns': str(self._now_ns),
                 'end': ended.decision.reason,
                 'trajectory_hash': ended.trajectory_hash,
             }
-            writer.publisher(STATE).publish(status('simulator', FINISHED, values))
+            writer.publisher(STATE.under(robot)).publish(status('simulator', FINISHED, values))
         self._recording.close()
 
     def add(self, name: str, topic: Topic) -> None:
@@ -86,20 +92,16 @@ class RoundBag:
         self._recording.write(name, data, self._now_ns)
 
 
-class _Namespace:
-    """Publishers of one robot that write to the bag."""
+class _Writer:
+    """Publishers that write to the bag."""
 
-    def __init__(self, bag: RoundBag, robot: str, clock: bool = True) -> None:
-        self._bag, self._robot, self._clock = bag, robot, clock
+    def __init__(self, bag: RoundBag) -> None:
+        self._bag = bag
 
     def publisher(self, topic: Topic) -> Any:
         """Return a publisher of a topic, which is added to the bag."""
-        if topic == CLOCK:
-            name = f'/{topic.name}' if self._clock else ''
-        else:
-            name = f'/{self._robot}/{topic.name}'
-        if name:
-            self._bag.add(name, topic)
+        name = f'/{topic.name}'
+        self._bag.add(name, topic)
         return _Publisher(self._bag, name)
 
     def output(self, topic: Topic, message: Any = None) -> Output:
@@ -114,6 +116,4 @@ class _Publisher:
 
     def publish(self, message: Any) -> None:
         """Write a message, or its bytes."""
-        if self._name:  # one clock is enough
-            data = message if isinstance(message, bytes) else serialized(message)
-            self._bag.write(self._name, data)
+        self._bag.write(self._name, message if isinstance(message, bytes) else serialized(message))

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from khr_analysis.node_specs import MONITOR
+from khr_analysis.node_specs import MONITOR, RECORDER
 from khr_analysis.referee import BLUE, RED, ROBOTS, RefereeParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.run_folder import SCENARIO as FOLDER_FILE
@@ -33,11 +33,11 @@ from khr_common.errors import KhrError
 from khr_common.text.quoting import LONGEST, meant, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sim.physics.body import Start
-from khr_sim.run_parameters import RunParameters
+from khr_sim.run_parameters import OF_ROBOT, RunParameters
 
 SHIPPED = CONFIG / 'bouts'
 SIMULATOR = 'simulator'
-OF_ROBOT = ('seed', 'initial_tilt_deg', 'zero_error_deg', 'pushes')  # in the shared simulator
+AT_ROOT = (SIMULATOR, RECORDER.name)  # nodes that the robots share
 NEVER_TILTED = 180.0  # deg: the referee ends a round, not the simulator
 
 
@@ -51,12 +51,14 @@ class Bout:
     title: str = ''  # the first comment line of its file, and changes from the command line
 
     @property
+    def places(self) -> tuple[tuple[float, ...], ...]:
+        """Return x and y in m and heading in deg of the start of each robot."""
+        return (self.rules.red_start, self.rules.blue_start)
+
+    @property
     def starts(self) -> list[Start]:
         """Return where the robots start."""
-        return [
-            Start(x, y, radians(heading))
-            for x, y, heading in (self.rules.red_start, self.rules.blue_start)
-        ]
+        return [Start(x, y, radians(heading)) for x, y, heading in self.places]
 
     @property
     def engine(self) -> str:
@@ -111,12 +113,20 @@ class Bout:
 
     def to_yaml(self) -> str:
         """Write the whole bout, defaults included, as a ROS 2 parameter file."""
-        document = {f'/{REFEREE}': {PARAMETERS: self._stated_rules}} | {
-            # Copied: YAML would write a list that both robots have as an alias.
-            f'/{name}/{node}': {PARAMETERS: deepcopy(scenario.whole(node))}
-            for name, scenario in self.robots.items()
-            for node in dict.fromkeys([SIMULATOR, *scenario.nodes])
+        red = self.robots[RED]
+        blocks = {f'/{REFEREE}': self._stated_rules} | {
+            f'/{node}': _without(red.whole(node), OF_ROBOT)
+            for node in AT_ROOT
+            if node == SIMULATOR or node in red.nodes
         }
+        for name, scenario in self.robots.items():
+            simulator = scenario.whole(SIMULATOR)
+            blocks[f'/{name}/{SIMULATOR}'] = {key: simulator[key] for key in OF_ROBOT}
+            for node in scenario.nodes:
+                if node not in AT_ROOT:
+                    blocks[f'/{name}/{node}'] = scenario.whole(node)
+        # Copied: YAML would write a list that is the same in two places as an alias.
+        document = {name: {PARAMETERS: deepcopy(values)} for name, values in blocks.items()}
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
     @property
@@ -215,19 +225,24 @@ def _checked(file: str, bout: Bout) -> Bout:
     Raises:
         KhrError: if the robots do not share one world, or state another end than the rules.
     """
-    red, blue = (bout.robots[robot].table(RunParameters) for robot in ROBOTS)
-    for key in specifications(RunParameters):
-        if key not in OF_ROBOT and getattr(red, key) != getattr(blue, key):
-            raise KhrError(
-                f'{file}: {BLUE}: {SIMULATOR}: {key}: {quoted(getattr(blue, key))} is not '
-                f'accepted; accepted: that of {RED}, as they share one world, '
-                f'{quoted(getattr(red, key))}'
-            )
+    for node in AT_ROOT:
+        red, blue = (bout.robots[robot].table(table_of(node)) for robot in ROBOTS)
+        for key in specifications(table_of(node)):
+            if key not in OF_ROBOT and getattr(red, key) != getattr(blue, key):
+                raise KhrError(
+                    f'{file}: {BLUE}: {node}: {key}: {quoted(getattr(blue, key))} is not '
+                    f'accepted; accepted: that of {RED}, as they share one world, '
+                    f'{quoted(getattr(red, key))}'
+                )
     follows: dict[tuple[str, str], Any] = {
         (SIMULATOR, 'duration'): bout.rules.time_limit,
         (SIMULATOR, 'stop_when_tilted_deg'): NEVER_TILTED,
-        (MONITOR.name, 'fall_time'): bout.rules.down_time,
+        **{(MONITOR.name, key): value for key, value in bout.rules.down.items()},
     }
     return replace(
         bout, robots={name: each.changed(follows) for name, each in bout.robots.items()}
     )
+
+
+def _without(values: Mapping[str, Any], keys: Iterable[str]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if key not in keys}

@@ -20,7 +20,7 @@ from khr_common.errors import KhrError, RunError
 from khr_common.files import write_text
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import Plant
-from khr_sim.run_parameters import RunParameters
+from khr_sim.run_parameters import REFEREE, RunParameters
 
 FILE = 'bout.json'
 # Called at each sample of a round, from 0, with state and control loop of each robot.
@@ -35,6 +35,8 @@ class Round:
     outcomes: Mapping[str, Outcome]  # of each robot
     # SHA-256 in hex over the states of both robots at every control period, red's ahead of blue's
     trajectory_hash: str
+    wall_time: float  # s
+    warnings: tuple[str, ...] = ()  # errors that nodes reported
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,6 @@ class BoutResult:
 
     bout: Bout
     rounds: list[Round]
-    wall_time: float  # s, the start of each world included
 
     @property
     def won(self) -> Counter[str]:
@@ -59,9 +60,19 @@ class BoutResult:
         return DRAW if first[1] == (second[0][1] if second else 0) else first[0]
 
     @property
+    def warnings(self) -> list[str]:
+        """Return the errors that nodes reported."""
+        return [
+            f'round {number}: {text}'
+            for number, each in enumerate(self.rounds, 1)
+            for text in each.warnings
+        ]
+
+    @property
     def real_time_factor(self) -> float:
         """Return simulated over wall time."""
-        return sum(each.decision.time for each in self.rounds) / max(self.wall_time, 1e-9)
+        wall_time = sum(each.wall_time for each in self.rounds)
+        return sum(each.decision.time for each in self.rounds) / max(wall_time, 1e-9)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of ``bout.json``: numbers in SI units."""
@@ -87,17 +98,27 @@ class BoutResult:
 
 
 def run_bout(bout: Bout, watch: Watch | None = None) -> BoutResult:
-    """Run the rounds of a bout as fast as the physics goes.
+    """Run the rounds of a bout as fast as the physics goes, without a graph.
 
     Raises:
         RunError: if a robot's code fails; the text names the robot.
     """
-    began, result = time.monotonic(), BoutResult(bout, [], 0.0)
+    return fight(bout, lambda number: _run_round(bout, number, watch))
+
+
+def fight(bout: Bout, run_round: Callable[[int], Round]) -> BoutResult:
+    """Run the rounds of a bout until one robot has won more than half of them.
+
+    Args:
+        bout: to run.
+        run_round: runs a round, from 0.
+    """
+    result = BoutResult(bout, [])
     for number in range(bout.rules.rounds):
-        result.rounds.append(_run_round(bout, number, watch))
+        result.rounds.append(run_round(number))
         if max(result.won.values(), default=0) > bout.rules.rounds / 2:
             break
-    return BoutResult(bout, result.rounds, time.monotonic() - began)
+    return result
 
 
 def write_bout(folder: Path, result: BoutResult) -> None:
@@ -106,8 +127,8 @@ def write_bout(folder: Path, result: BoutResult) -> None:
 
 
 def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
-    robots = bout.in_round(number)
-    referee = Referee(bout.rules)
+    began, robots = time.monotonic(), bout.in_round(number)
+    referee, decision = Referee(bout.rules), None
     plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
     try:
         loops = {name: ControlLoop(each) for name, each in robots.items()}
@@ -118,6 +139,8 @@ def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
             for name, loop in loops.items():
                 try:
                     targets.append(loop.answer(truths[name]))
+                except RunError as error:  # it begins with the node
+                    raise RunError(f'{name}/{error}') from error
                 except KhrError as error:
                     raise RunError(f'{name}: {error}') from error
                 assert loop.outcome is not None
@@ -126,10 +149,12 @@ def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
                 watch(number, truths, loops)
             now = states[0].stamp_ns / 1e9
             places = {name: truth.position.tolist() for name, truth in truths.items()}
-            decision = referee.judge(now, outcomes, places)
-            if decision is not None:
-                return Round(decision, outcomes, plant.trajectory_hash)
-            plant.answer(targets)
+            decision = decision or referee.judge(now, outcomes, places)
+            plant.answer(targets, REFEREE if decision else '')
+            if plant.end:
+                assert decision is not None
+                wall_time = time.monotonic() - began
+                return Round(decision, outcomes, plant.trajectory_hash, wall_time)
             states = plant.advance()
     finally:
         plant.close()

@@ -34,8 +34,7 @@ def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: N
         record: whether to write bags.
         show: called at each sample.
     """
-    text = as_run(bout.robots[ROBOTS[0]], bout.to_yaml())
-    write_text(folder / SCENARIO, text)
+    text = write_scenario(bout, folder)
     bags: list[RoundBag] = []
     before = _Clock(show)
 
@@ -59,9 +58,21 @@ def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: N
     return result
 
 
+def write_scenario(bout: Bout, folder: Path) -> str:
+    """Write a bout as it runs, with the versions that it runs with; return the text."""
+    text = as_run(bout.robots[ROBOTS[0]], bout.to_yaml())
+    write_text(folder / SCENARIO, text)
+    return text
+
+
+def folder_of_round(folder: Path, number: int) -> Path:
+    """Return the folder of a round, from 0, in that of its bout."""
+    return folder / f'round_{number + 1}'
+
+
 def bag_of_round(folder: Path, number: int) -> Path:
     """Return the bag of a round, from 0, in the folder of its bout."""
-    return folder / f'round_{number + 1}' / 'bag'
+    return folder_of_round(folder, number) / 'bag'
 
 
 def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:

@@ -6,14 +6,14 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
 from khr_analysis.node_specs import MONITOR, RECORDER
 from khr_analysis.outcome import SENSED
-from khr_bringup.graph.wiring import START_TIMEOUT, nodes_of
-from khr_bringup.node_registry import spec_of
+from khr_bringup.graph.robots import Robots
+from khr_bringup.graph.wiring import START_TIMEOUT
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
@@ -23,9 +23,11 @@ from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
 if TYPE_CHECKING:
-    from khr_bringup.graph.run_monitor import View, Watcher
+    from khr_bringup.graph.reports import Reports, View
+    from khr_bringup.graph.run_monitor import Watcher
     from khr_bringup.graph.run_registry import RunEntry
 
+OF_MANY = tuple(f'/{topic.name}' for topic in (DIAGNOSTICS, READY, TF, TF_STATIC))
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SAMPLES = 12.0  # s of wall time for the first whole sample of a driver
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
@@ -48,7 +50,7 @@ class Callbacks:
 
 
 def follow(
-    scenario: Scenario,
+    robots: Robots,
     listeners: Sequence[str],
     run: str,
     callbacks: Callbacks,
@@ -58,11 +60,11 @@ def follow(
     endless: bool = False,
     simulator: str = 'simulator',
     arguments: Sequence[str] = (),
-) -> Result:
+) -> list[Result]:
     """Follow a run until it is over, received by all listeners and judged.
 
     Args:
-        scenario: of the run.
+        robots: of the run.
         listeners: the nodes that must receive the whole run.
         run: its identity.
         callbacks: to call meanwhile.
@@ -71,6 +73,9 @@ def follow(
         endless: whether to go on after the end of the run, until asked to finish.
         simulator: the process that has the simulator.
         arguments: of ROS, such as the namespace.
+
+    Returns:
+        The result of each robot.
 
     Raises:
         RunError: if a node has ended, or does not appear or answer in time; it is named.
@@ -84,37 +89,53 @@ def follow(
     began = time.monotonic()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     # In realtime mode the run goes on without a silent node, so not all can receive the whole run.
-    lockstep = scenario.table(RunParameters).sync == 'lockstep'
-    owners = _owners(scenario, RECORDER.name in listeners)
-    sensors = _sensors(scenario)
-    watcher = Watcher(listeners if lockstep else (), run, owners, callbacks.switch, sensors)
-    view, deadline = watcher.view, inf
-    view.judges = MONITOR.name in scenario.nodes
+    lockstep = robots.first.table(RunParameters).sync == 'lockstep'
+    owners = _owners(robots, RECORDER.name in listeners)
+    watcher = Watcher(
+        listeners if lockstep else (),
+        run,
+        owners,
+        callbacks.switch,
+        _sensors(robots.first),
+        [robot for robot, each in robots.scenarios.items() if MONITOR.name in each.nodes],
+        referee=bool(robots.places),
+    )
+    reports, deadline = watcher.reports, inf
+    view = reports.view
     executor = EventsExecutor()
     executor.add_node(watcher)
     try:
         with callbacks.observed():
-            while (not view.over or (endless and deadline == inf)) and time.monotonic() < deadline:
+            while (
+                not reports.over or (endless and deadline == inf)
+            ) and time.monotonic() < deadline:
                 executor.spin_once(0.1)
-                callbacks.progress(view.progress)
+                callbacks.progress(reports.progress)
                 if deadline == inf and callbacks.finish():
                     judged = view.state != 'starting'  # else no outcome is to come
                     deadline = time.monotonic() + judged * LAST_WORDS
                     stop()
                 trouble = watcher.stranger()
-                if not (deadline < inf or view.over):
+                if not (deadline < inf or reports.over):
                     trouble = trouble or failed() or _silent(view, simulator)
-                    trouble = trouble or _unjudged(watcher) or _unfinished(view)
+                    trouble = trouble or _unjudged(watcher) or _unfinished(reports)
                 if trouble is not None:
                     raise RunError(f'{trouble}; the run was stopped')
     finally:
         executor.remove_node(watcher)
         watcher.destroy_node()
         rclpy.try_shutdown()
-    return _result(view, scenario, began, watcher.sensors.notes)
+    return [
+        replace(
+            _result(reports.views[robot], scenario, began),
+            decision=reports.decision,
+            warnings=(*reports.complaints, *watcher.sensors.notes),
+        )
+        for robot, scenario in robots.scenarios.items()
+    ]
 
 
-def _result(view: View, scenario: Scenario, began: float, notes: Sequence[str]) -> Result:
+def _result(view: View, scenario: Scenario, began: float) -> Result:
     values = view.state_values
     if values.get('end') == 'error':
         raise RunError(f'{one_line(values.get("reason", ""))}; the run was stopped')
@@ -129,23 +150,26 @@ def _result(view: View, scenario: Scenario, began: float, notes: Sequence[str]) 
         wall_time=view.ran + (now - view.entered if view.state == 'running' else 0.0),
         realtime=RealTime.read(values),
         changes=tuple(view.changes),
-        warnings=(*view.complaints, *notes),
     )
 
 
-def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
+def _owners(robots: Robots, record: bool) -> dict[str, str]:
     """Return the owner of each topic that only one node may publish.
 
     Topics with several publishers are skipped, and topics with the run's identity in each message.
     """
-    sources = {node: spec_of(node).publishes for node in nodes_of(scenario, record)}
-    if scenario.driver is not None:
-        sources[scenario.driver.name] = scenario.driver.publishes
-    return {
-        topic.name: node
-        for node, topics in sources.items()
-        for topic in topics
-        if topic not in (DIAGNOSTICS, READY, TF, TF_STATIC) and not topic.of_run
+    found = {
+        topic.name: each.node
+        for each in robots.members(record)
+        for topic in robots.publishes(each)
+        if not (topic.of_run or f'/{topic.name}'.endswith(OF_MANY))
+    }
+    driver = robots.first.driver
+    published = driver.publishes if driver else ()
+    return found | {
+        topic.name: driver.name
+        for topic in published
+        if driver and not (topic.of_run or f'/{topic.name}'.endswith(OF_MANY))
     }
 
 
@@ -170,7 +194,7 @@ def _sensors(scenario: Scenario) -> tuple[Topic, ...]:
 
 def _unjudged(watcher: Watcher) -> str | None:
     """Return an error if the samples of a driver make no run before a timeout, else None."""
-    view = watcher.view
+    view = watcher.reports.view
     begun = view.started and time.monotonic() - max(view.started, view.judged_at)
     if not (begun and begun > SAMPLES and not view.final):
         return None
@@ -178,14 +202,14 @@ def _unjudged(watcher: Watcher) -> str | None:
     return f'the run cannot be judged: {"; ".join(faults)}' if faults else None
 
 
-def _unfinished(view: View) -> str | None:
+def _unfinished(reports: Reports) -> str | None:
     """Return an error if parts of a finished run miss the timeout, else None."""
-    if view.state != 'finished' or time.monotonic() - view.news < START_TIMEOUT:
+    if reports.view.state != 'finished' or time.monotonic() - reports.news < START_TIMEOUT:
         return None
     return (
-        'the run ended, but not all of it was received: ' + ', '.join(view.behind)
-        if view.behind
-        else 'the monitor did not judge the run'
+        'the run ended, but not all of it was received: ' + ', '.join(reports.behind)
+        if reports.behind
+        else f'{" and ".join(reports.unjudged)} did not judge the run'
     )
 
 

@@ -12,16 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.intruders import Intruders
 from khr_bringup.graph.processes import Processes, batch_scheduling
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry
-from khr_bringup.graph.wiring import Wiring, nodes_of
-from khr_bringup.node_registry import registry
+from khr_bringup.graph.wiring import Wiring
 from khr_bringup.result import Result
-from khr_bringup.run_folder import SCENARIO
-from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
@@ -43,16 +40,25 @@ class RunOptions:
 
 
 def run_graph(
-    scenario: Scenario, folder: Path, entry: RunEntry, options: RunOptions, callbacks: Callbacks
-) -> Result:
-    """Run a scenario over topics until it ends or is interrupted.
+    robots: Robots,
+    folder: Path,
+    entry: RunEntry,
+    options: RunOptions,
+    callbacks: Callbacks,
+    scenario_file: Path | None = None,
+) -> list[Result]:
+    """Run robots over topics until their run ends or is interrupted.
 
     Args:
-        scenario: to run; it is written to ``folder/scenario.yaml``, with ``wiring.yaml``.
-        folder: of the run.
+        robots: one alone, or those of a round of a bout.
+        folder: of the run; the parameter file and ``wiring.yaml`` are written there.
         entry: of the run in the register, with its ROS domain.
         options: how to run it.
         callbacks: to call meanwhile.
+        scenario_file: to store in the bag; by default the parameter file.
+
+    Returns:
+        The result of each robot.
 
     Raises:
         RunError: if a node dies, or does not appear or answer in time, or another user joins;
@@ -60,22 +66,26 @@ def run_graph(
     """
     _check_memory()
     began = time.monotonic()
-    wiring = Wiring.derive(scenario, folder, options.record, endless=options.stay)
-    parameters = [folder / SCENARIO, wiring.write(folder)]
-    write_text(parameters[0], as_run(scenario))
+    scenario, own = robots.first, folder / robots.file
+    source = scenario_file or own
+    wiring = Wiring.derive(robots, folder, options.record, options.stay, scenario_file=source)
+    write_text(own, robots.text)
+    files = [own, wiring.write(folder)]
     os.environ.update(entry.quiet_environment())
-    nodes = nodes_of(scenario, options.record)
+    members = robots.members(options.record)
     first = scenario.driver.first if scenario.driver else 'simulator'
     intruders = Intruders(entry.domain)
     processes = Processes(entry.environment(), folder / 'log', entry.locks, first)
     patient = not options.one_process and scenario.table(RunParameters).sync == 'lockstep'
     with interrupts() as interrupted, batch_scheduling() if patient else nullcontext():
         try:
-            entries = {node: registry()[node].entry for node in nodes}
-            for name, group in (
-                {'graph': nodes} if options.one_process else {n: [n] for n in nodes}
-            ).items():
-                processes.start(name, [entries[node] for node in group], parameters)
+            groups = (
+                {'graph': members}
+                if options.one_process
+                else {member.label: [member] for member in members}
+            )
+            for name, group in groups.items():
+                processes.start(name, [each.entry for each in group], files, robots.remaps)
             if scenario.driver is not None and scenario.driver.path is not None:
                 processes.start_executable(
                     scenario.driver.name,
@@ -85,8 +95,8 @@ def run_graph(
             keeper = 'graph' if options.one_process else first
             launched = time.monotonic() - began
             ending = replace(callbacks, finish=lambda: bool(interrupted) or callbacks.finish())
-            result = follow(
-                scenario,
+            results = follow(
+                robots,
                 wiring.listeners,
                 entry.run,
                 ending,
@@ -100,7 +110,10 @@ def run_graph(
             failure = processes.stop()
             if interrupted:
                 callbacks.interrupted()
-    return replace(result, failure=failure or '', startup=launched + result.startup)
+    return [
+        replace(result, failure=failure or '', startup=launched + result.startup)
+        for result in results
+    ]
 
 
 def _arguments(shared: Mapping[str, Any], parameters: Path | None) -> list[str]:

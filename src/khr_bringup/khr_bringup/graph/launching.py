@@ -9,7 +9,8 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from khr_bringup.code_version import as_run
-from khr_bringup.graph.wiring import Wiring, nodes_of
+from khr_bringup.graph.robots import Robots
+from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import spec_of
 from khr_bringup.run_folder import SCENARIO, claim
 from khr_bringup.scenario import scenario as scenarios
@@ -76,8 +77,9 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
     Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
     out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
     folder = claim(Path(out).absolute(), 'out')
-    nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
-    wiring = Wiring.derive(scenario, folder, record, joint_frames=joints)
+    robots = Robots.alone(scenario)
+    nodes = tuple((spec_of(each.node).package, each.node) for each in robots.members(record))
+    wiring = Wiring.derive(robots, folder, record, joint_frames=joints)
     parameters = folder / SCENARIO, wiring.write(folder)
     write_text(parameters[0], as_run(scenario))
     return Launch(scenario, wiring, folder, parameters, nodes, rviz, driver_parameters)

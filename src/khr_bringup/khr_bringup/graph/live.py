@@ -51,7 +51,7 @@ class LiveParameter:
             return float(value)
         if isinstance(self.value, list) and isinstance(value, list):
             if not self.value:
-                return parse_value(node, self.name, text)
+                return parse_value(node.rpartition('/')[2], self.name, text)
             if isinstance(self.value[0], float):
                 return [float(each) if type(each) is int else each for each in value]
         return value
@@ -63,7 +63,7 @@ def get_parameters(
     """Return one parameter of a node, or all of them.
 
     Args:
-        node: its name.
+        node: its name, with the robot's in a bout, such as ``red/gait``.
         name: of the parameter; all by default.
         domain: of the run, if there are several.
         timeout: s of wall time for the node to appear, and again for each answer.
@@ -117,9 +117,10 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
             f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.as_yaml} while it '
             f'runs; accepted: khr run --set {node}.{name}=VALUE'
         )
-    if node in registry() and name in specifications(table_of(node)):
+    own = node.rpartition('/')[2]
+    if own in registry() and name in specifications(table_of(own)):
         try:
-            check(table_of(node), name, value)
+            check(table_of(own), name, value)
         except ParameterError as error:
             raise KhrError(f'{node}: {error}') from error
 
@@ -207,7 +208,9 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
         client = AsyncParameterClient(own, node)
         if not client.wait_for_services(timeout):
             known = sorted(
-                name for name in own.get_node_names() if not name.startswith(('khr', '_'))
+                f'{space.lstrip("/")}/{name}'.lstrip('/')
+                for name, space in own.get_node_names_and_namespaces()
+                if not name.startswith(('khr', '_'))
             )
             raise KhrError(
                 f'{node}: no such node in the running graph within {timeout:g} s; '

@@ -58,18 +58,27 @@ class Processes:
         self._moved: dict[str, float] = {}  # when each was last seen not to be frozen
         log.mkdir(mode=0o700, parents=True, exist_ok=True)
 
-    def start(self, name: str, nodes: Sequence[str], parameters: Sequence[Path]) -> None:
+    def start(
+        self,
+        name: str,
+        nodes: Sequence[str],
+        parameters: Sequence[Path],
+        remaps: Sequence[str] = (),
+    ) -> None:
         """Start nodes in one process, with parameter files, and its output in ``name.log``.
 
         Args:
             name: of the process.
-            nodes: their entry points, such as ``khr_sim.node_specs:GYRO``.
+            nodes: their entry points, such as ``khr_sim.node_specs:GYRO``; see
+                khr_common.nodes.run.
             parameters: the parameter files; later ones win.
+            remaps: rules for names of topics, such as ``clock:=/clock``.
         """
         ros = [
             '--ros-args',
             '--disable-external-lib-logs',  # a second file for each process; all is in name.log
             *(word for file in parameters for word in ('--params-file', str(file))),
+            *(word for rule in remaps for word in ('-r', rule)),
         ]
         self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
 
@@ -80,7 +89,7 @@ class Processes:
 
     def start_module(self, name: str, module: str, arguments: list[str]) -> None:
         """Start a module with its output in ``name.log``; it ends with this process."""
-        path, for_this_user = self._log / f'{name}.log', partial(os.open, mode=0o600)
+        path, for_this_user = self._log_of(name), partial(os.open, mode=0o600)
         with open(path, 'wb', opener=for_this_user) as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', 'khr_bringup.graph.child', module, *arguments],
@@ -107,11 +116,14 @@ class Processes:
                 return f'{name} has been stopped by a signal for {FROZEN:g} s'
         return None
 
+    def _log_of(self, name: str) -> Path:
+        return self._log / f'{name.replace("/", "_")}.log'
+
     def _obituary(self, name: str, code: int) -> str:
         how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'
         lines: list[str] = []
         with suppress(OSError):  # somebody may have removed the folder
-            log = self._log / f'{name}.log'
+            log = self._log_of(name)
             lines = log.read_text(errors='replace').strip().splitlines()
         reason = f': {lines[-1]}' if lines else ''
         if any(line.startswith('Traceback') for line in lines):
@@ -150,7 +162,7 @@ class Processes:
 
     def _remove_empty_logs(self) -> None:
         for name in self._children:
-            log = self._log / f'{name}.log'
+            log = self._log_of(name)
             with suppress(OSError):  # somebody may have removed the folder
                 if log.stat().st_size == 0:
                     log.unlink()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from khr_analysis.outcome_values import labelled
 from khr_bringup.graph.following import Callbacks, follow, interrupts
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.wiring import WIRING, Wiring
 from khr_bringup.result import NO_HASH, Result, write_outcome
 from khr_bringup.scenario import scenario as scenarios
@@ -48,7 +49,9 @@ def main() -> int:
         expected = Expectation.parse(options.expect, '--expect', scenario)
         with interrupts() as interrupted:
             callbacks = Callbacks(finish=lambda: bool(interrupted))
-            result = follow(scenario, wiring.listeners, own_run(), callbacks, arguments=sys.argv)
+            (result,) = follow(
+                Robots.alone(scenario), wiring.listeners, own_run(), callbacks, arguments=sys.argv
+            )
         _show(result)
         if options.out:
             write_outcome(options.out, result)

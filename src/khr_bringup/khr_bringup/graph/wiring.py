@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from khr_analysis.node_specs import RECORDER
+from khr_bringup.graph.robots import Robots
 from khr_bringup.node_registry import spec_of, table_of
 from khr_bringup.offline import SIMULATOR, duration
 from khr_bringup.run_folder import SCENARIO
@@ -19,7 +20,7 @@ from khr_bringup.scenario.parameter_file import Values
 from khr_bringup.scenario.scenario import ANYWHERE, Scenario
 from khr_common import specifications
 from khr_common.files import write_text
-from khr_common.interfaces import CLOCK, LOG, PUSH, Topic
+from khr_common.interfaces import CLOCK, Topic
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sim.run_parameters import RunParameters
 
@@ -27,11 +28,6 @@ WIRING = 'wiring.yaml'
 # s of wall time for a node to appear, and for a listener to acknowledge the end: on a loaded
 # machine both are slow.
 START_TIMEOUT = 30.0
-
-
-def nodes_of(scenario: Scenario, record: bool) -> list[str]:
-    """Return the nodes of a run, with or without its recorder."""
-    return [node for node in scenario.nodes if record or node != RECORDER.name]
 
 
 @dataclass(frozen=True)
@@ -42,27 +38,30 @@ class Wiring:
 
     @staticmethod
     def derive(
-        scenario: Scenario,
+        robots: Robots,
         folder: Path,
         record: bool = True,
         endless: bool = False,
         joint_frames: bool = True,
+        scenario_file: Path | None = None,
     ) -> Wiring:
-        """Derive the wiring of a run of a scenario.
+        """Derive the wiring of a run.
 
         Args:
-            scenario: to run.
+            robots: that run.
             folder: of the run.
             record: whether a recorder takes part.
             endless: whether the run goes on after its motion; else it ends with it.
             joint_frames: whether the node ``transforms`` publishes the frames of the joints.
+            scenario_file: to store in the bag; by default that in the folder.
         """
-        nodes = nodes_of(scenario, record)
+        scenario, members = robots.first, robots.members(record)
         of_run = {
-            'answers': scenario.answers,
-            'listeners': [node for node in nodes if spec_of(node).listens],
+            'answers': robots.answers,
+            'listeners': [each.label for each in members if spec_of(each.node).listens],
             'start_timeout': START_TIMEOUT,
             **({} if endless else {'duration': duration(scenario)}),
+            **({'robots': robots.lines} if robots.places else {}),
         }
         clocks = dict.fromkeys([SIMULATOR, *([scenario.driver.first] if scenario.driver else [])])
         values = {
@@ -78,8 +77,8 @@ class Wiring:
         if record:
             values[RECORDER.name] = {
                 'folder': str(folder / 'bag'),
-                'scenario_file': str(folder / SCENARIO),
-                'topics': [topic.line for topic in _topics(scenario, nodes)],
+                'scenario_file': str(scenario_file or folder / SCENARIO),
+                'topics': [topic.line for topic in _topics(robots)],
             }
         return Wiring(values)
 
@@ -120,18 +119,15 @@ class Wiring:
         }
 
 
-def _topics(scenario: Scenario, nodes: list[str]) -> list[Topic]:
+def _topics(robots: Robots) -> list[Topic]:
     """Return the topics to record."""
-    driver, specs = scenario.driver, [spec_of(node) for node in nodes]
-    published = [
-        *(driver.publishes if driver else ()),
-        *(topic for spec in specs if not spec.drives for topic in spec.publishes),
-    ]
-    topics = {topic.name: topic for topic in (*published, PUSH, LOG)}
-    if driver and scenario.table(RunParameters).sync == 'realtime':
+    driver = robots.first.driver
+    published = (*(driver.publishes if driver else ()), *robots.recorded())
+    topics = list({topic.name: topic for topic in published}.values())
+    if driver and robots.first.table(RunParameters).sync == 'realtime':
         # Other publishers may skip samples, or stamp them by another clock than the driver's.
         return [
             replace(topic, flow='event') if topic.flow == 'period' and topic != CLOCK else topic
-            for topic in topics.values()
+            for topic in topics
         ]
-    return list(topics.values())
+    return topics

@@ -219,12 +219,14 @@ def namespace_of(names: Iterable[str], topics: Iterable[Topic], namespace: str =
         if name.endswith('/' + topic)
     ]
     by_number = Counter(found).most_common()
-    if len(by_number) > 1 and '' not in found and by_number[0][1] < 2 * by_number[1][1]:
+    at_root = found.count('') * 2 > by_number[0][1] if found else True  # not a few of a bout
+    spaces = [each for each in by_number if each[0] or at_root]
+    if len(spaces) > 1 and not at_root and spaces[0][1] < 2 * spaces[1][1]:
         raise AmbiguousError(
             'namespace: needed, there are several robots; accepted: '
-            + ', '.join(sorted(f'/{each}' for each in set(found)))
+            + ', '.join(sorted(f'/{each}' for each, _ in spaces))
         )
-    return '' if '' in found or not found else by_number[0][0]
+    return '' if at_root else spaces[0][0]
 
 
 def full_name(topic: Topic, namespace: str) -> str:

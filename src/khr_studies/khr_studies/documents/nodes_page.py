@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
+from khr_analysis.referee import ROBOTS
 from khr_bringup.node_registry import RegisteredNode, controllers, registry
 from khr_common import specifications
 from khr_common.block import NodeSpec
@@ -37,7 +39,12 @@ def nodes_markdown() -> str:
         ),
         'to': lambda each: ', '.join(takers(each)) or 'any subscriber',
     }
-    topics = {topic for spec in specs for topic in (*spec.publishes, *spec.subscribes)}
+    topics = {
+        topic
+        for spec in specs
+        for topic in (*spec.publishes, *spec.subscribes)
+        if topic == _of_any(topic)
+    }
     return page_text(
         __name__,
         'nodes',
@@ -56,12 +63,19 @@ def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str
     found: dict[Topic, list[str]] = {}
     for spec in specs:
         for topic in getattr(spec, side):
-            found.setdefault(topic, []).append(spec.name)
+            own = found.setdefault(_of_any(topic), [])
+            own += [spec.name] if spec.name not in own else []
         if side == 'subscribes' and spec.name in controllers():  # the board adds them all
             for topic in spec.publishes:
                 found.setdefault(topic, ['simulator'])
     left_out = OMITTED if side == 'subscribes' else ()
     return lambda topic: [name for name in found.get(topic, []) if name not in left_out]
+
+
+def _of_any(topic: Topic) -> Topic:
+    """Return the topic of whatever robot, for that of one robot of a bout."""
+    robot, _, name = topic.name.partition('/')
+    return replace(topic, name=name) if robot in ROBOTS else topic
 
 
 def _node(name: str, node: RegisteredNode) -> Passage:

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
+from khr_analysis.referee import Decision
 from khr_bringup.graph.following import START_TIMEOUT, _unfinished
-from khr_bringup.graph.run_monitor import View
+from khr_bringup.graph.reports import Reports, View
 from khr_common.nodes.messages import status
 from khr_common.run_identity import MalformedError, ready_text
 
@@ -24,14 +25,20 @@ VIEW = View(
 )
 
 
+def at_root(view):
+    reports = Reports(())
+    reports.views[''] = view
+    return reports
+
+
 def long_ago():
     return time.monotonic() - START_TIMEOUT - 1.0
 
 
 def test_a_listener_that_is_behind_is_waited_for_and_then_named():
     assert not VIEW.over
-    assert _unfinished(replace(VIEW, news=time.monotonic())) is None
-    text = _unfinished(replace(VIEW, news=long_ago()))
+    assert _unfinished(at_root(replace(VIEW, news=time.monotonic()))) is None
+    text = _unfinished(at_root(replace(VIEW, news=long_ago())))
     assert text == 'the run ended, but not all of it was received: recorder up to t = 7.170 s'
 
 
@@ -40,7 +47,7 @@ def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
     assert complete.over
     unjudged = replace(complete, final=False, news=long_ago())
     assert not unjudged.over
-    assert _unfinished(unjudged) == 'the monitor did not judge the run'
+    assert _unfinished(at_root(unjudged)) == 'the monitor did not judge the run'
 
 
 def test_a_repeated_report_is_no_news():
@@ -54,7 +61,40 @@ def test_a_repeated_report_is_no_news():
 
 def test_a_run_that_goes_on_is_not_over():
     assert not replace(VIEW, state='running').over
-    assert _unfinished(replace(VIEW, state='running', news=long_ago())) is None
+    assert _unfinished(at_root(replace(VIEW, state='running', news=long_ago()))) is None
+
+
+def in_bout(decision):
+    reports = Reports(['red/monitor', 'blue/monitor', 'recorder'], ['red', 'blue'], referee=True)
+    for view in reports.views.values():
+        view.state, view.state_values = 'finished', VIEW.state_values
+        view.received = dict.fromkeys(view.listeners, END)
+        view.final = view.judges
+    reports.decision = decision
+    return reports
+
+
+def test_a_bout_is_over_once_both_robots_are_judged_and_the_referee_has_decided():
+    reports = in_bout(Decision('red', 'blue down for 3 s', 6.0))
+    assert reports.over
+    reports.views['blue'].final = False
+    reports.views['red'].received['monitor'] = 0
+    assert not reports.over
+    assert reports.behind == ['red/monitor up to t = 0.000 s']
+    assert reports.unjudged == ['the blue/monitor']
+    undecided = in_bout(None)
+    assert not undecided.over
+    for view in undecided.views.values():
+        view.news = long_ago()
+    assert _unfinished(undecided) == 'the referee did not judge the run'
+
+
+def test_an_error_of_a_robot_names_the_robot():
+    reports = in_bout(None)
+    reports.views['blue'].take_diagnostics(
+        DiagnosticArray(status=[status('gait', 'no reference', {}, level=b'\2')])
+    )
+    assert reports.complaints == ['blue/gait: no reference']
 
 
 FIGURES = ('time', 'real_time_factor', 'pitch_rate', 'peak', 'time_ns', 'run', 'final', 'sync')

@@ -3,6 +3,7 @@
 import pytest
 import yaml
 
+from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario.driver import Driver
@@ -25,7 +26,7 @@ def test_a_scenario_holds_no_wiring(tmp_path):
         for node, body in yaml.safe_load(WALK.to_yaml()).items()
         for name in body['ros__parameters']
     }
-    wiring = Wiring.derive(WALK, tmp_path)
+    wiring = Wiring.derive(Robots.alone(WALK), tmp_path)
     derived = {(node, name) for node, values in wiring.values.items() for name in values}
     assert CONNECTING and not stated & CONNECTING
     assert derived - CONNECTING == {('simulator', 'duration')}
@@ -44,14 +45,16 @@ WALK_AS_RUN = parse(WALK.to_yaml(), 'own.yaml', 'own')
 
 
 def test_wiring_is_read_as_it_was_written(tmp_path):
-    wiring = Wiring.derive(WALK, tmp_path)
+    wiring = Wiring.derive(Robots.alone(WALK), tmp_path)
     assert Wiring.read(wiring.write(tmp_path)) == wiring
     assert set(wiring.listeners) == {'monitor', 'fft_analyser', 'recorder'}
     assert wiring.values['recorder']['folder'] == str(tmp_path / 'bag')
 
 
 def test_a_run_without_recorder_or_end(tmp_path):
-    wiring = Wiring.derive(WALK, tmp_path, record=False, endless=True, joint_frames=False)
+    wiring = Wiring.derive(
+        Robots.alone(WALK), tmp_path, record=False, endless=True, joint_frames=False
+    )
     assert 'recorder' not in wiring.values and 'recorder' not in wiring.listeners
     assert 'duration' not in wiring.values['simulator']
     assert wiring.values['transforms'] == {'joints': False}
@@ -59,7 +62,7 @@ def test_a_run_without_recorder_or_end(tmp_path):
 
 def test_the_node_that_ends_a_run_on_a_driver_receives_its_duration(tmp_path):
     driven = WALK.driven_by(Driver('foreign', 'plant'))
-    wiring = Wiring.derive(driven, tmp_path)
+    wiring = Wiring.derive(Robots.alone(driven), tmp_path)
     assert wiring.values['run_phase'] == {'duration': wiring.values['simulator']['duration']}
     assert wiring.driver_parameters(driven)['answers'] == driven.answers
     assert all('period' not in line.split() for line in wiring.values['recorder']['topics'][1:])

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
+from khr.cli.run import NETWORK
 from khr.cli.summary import print_line
-from khr.cli.verbs.options import OutOption, OwnEngineOption, RecordOption, SetOption
+from khr.cli.verbs.options import (
+    DomainOption,
+    NetworkOption,
+    OfflineOption,
+    OutOption,
+    OwnEngineOption,
+    ProcessesChoice,
+    RecordOption,
+    SetOption,
+    refuse_offline,
+)
+from khr.progress import show_run
 from khr_analysis.referee import DRAW
 from khr_bringup.bout.bout import load_bout, shipped_bouts
 from khr_bringup.bout.fight import BoutResult
-from khr_bringup.bout.recorded import record_bout
+from khr_bringup.bout.running import run_to_decision
+from khr_bringup.graph.following import Callbacks
+from khr_bringup.graph.graph import RunOptions
+from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.run_folder import claim_folder
 from khr_common.errors import KhrError
 from khr_sweeps.progress import ProgressBar
@@ -23,27 +39,44 @@ def start_bout(
     bout: Annotated[
         str | None, typer.Argument(help='A bout file or name; without one, they are listed.')
     ] = None,
+    offline: OfflineOption = False,
+    one_process: ProcessesChoice = None,
     engine: OwnEngineOption = None,
     set_: SetOption = None,
     record: RecordOption = True,
     out: OutOption = None,
+    domain: DomainOption = None,
+    network: NetworkOption = False,
 ) -> None:
-    """Let two robots fight: both in one world, without a graph, with bags and hashes."""
+    """Let two robots fight in one world; keep the bag and trajectory hash of each round."""
     console = Console(stderr=True)
     if bout is None:
         for path in shipped_bouts():
             own = load_bout(str(path))
             print_line(Console(), f'{own.name}: {own.title}')
         raise KhrError('bout: no bout given; accepted: one of these, or a bout file')
+    refuse_offline(offline, one_process, domain, network)
+    check_domain(domain)  # before a folder is made
     settings = [*(set_ or []), *([f'simulator.engine={engine}'] if engine else [])]
     chosen = load_bout(bout)
     chosen = chosen.set_to(settings) if settings else chosen
     bar = ProgressBar(
         total=chosen.rules.rounds * chosen.rules.time_limit, unit='s', console=console
     )
+    way = RunOptions(offline, one_process is not False, record, domain, network)
     with claim_folder(out, chosen.name) as folder, bar:
-        print_line(console, f'{chosen.name}: folder {folder}')
-        result = record_bout(chosen, folder, record, lambda time: bar.show('fighting', time))
+
+        def started(entry: RunEntry) -> None:
+            print_line(console, f'{chosen.name}: {entry.to_join}  folder {folder}')
+            if entry.network:
+                print_line(console, f'khr: {NETWORK}')
+
+        if offline:
+            print_line(console, f'{chosen.name}: folder {folder}')
+        callbacks = Callbacks(started=started, progress=partial(show_run, bar))
+        result = run_to_decision(chosen, folder, way, callbacks)
+    for warning in result.warnings:
+        print_line(console, f'khr: {warning}')
     _summarise(result)
     print(f'folder {folder}')
 

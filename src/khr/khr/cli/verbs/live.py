@@ -26,7 +26,11 @@ TimeoutOption = Annotated[
     float, typer.Option(min=0.1, help='Seconds to wait for the node, and for each answer.')
 ]
 NodeArgument = Annotated[
-    str, typer.Argument(help='A node of the running graph.', parser=lambda node: node.lstrip('/'))
+    str,
+    typer.Argument(
+        help='A node of the running graph; of a bout with its robot, as in red/gait.',
+        parser=lambda node: node.lstrip('/'),
+    ),
 ]
 
 
@@ -43,11 +47,12 @@ def get_parameter(
     All parameters of a node are shown as a parameter file, which khr run takes as a scenario.
     """
     entry = choose(domain)
+    found = get_parameters(node, name, entry.domain, timeout)
     indent = ''
     if name is None:
-        print(f'/**/{node}:\n  ros__parameters:')
+        print(f'{"/" if "/" in node else "/**/"}{node}:\n  ros__parameters:')
         indent = '    '
-    for each in get_parameters(node, name, entry.domain, timeout):
+    for each in found:
         print(f'{indent}{each.name}: {each.as_yaml}{_comment(each)}')
     _name(entry)
 

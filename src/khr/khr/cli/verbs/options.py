@@ -33,6 +33,20 @@ DomainOption = Annotated[
         'ROS_DOMAIN_ID.',
     ),
 ]
+OfflineOption = Annotated[
+    bool,
+    typer.Option('--offline', help='The same cores without ROS: no topics, the same trajectory.'),
+]
+ProcessesChoice = Annotated[
+    bool | None,
+    typer.Option(
+        '--one-process/--processes',
+        help='All nodes in one process (the default), or one process each.',
+    ),
+]
+NetworkOption = Annotated[
+    bool, typer.Option('--network', help='Let other machines join the graph; off by default.')
+]
 RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
 OutOption = Annotated[
     Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
@@ -152,3 +166,33 @@ def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
             f'to switch it on: --set {node}.enabled=true',
             file=sys.stderr,
         )
+
+
+def refuse_offline(
+    offline: bool,
+    one_process: bool | None,
+    domain: int | None,
+    network: bool,
+    more: Iterable[tuple[str, bool, str]] = (),
+) -> None:
+    """Refuse options of a graph for a run without one.
+
+    Args:
+        offline: whether there is none.
+        one_process, domain, network: the options.
+        more: further ones: name, whether it is given, and what it needs of a graph.
+
+    Raises:
+        KhrError: naming the first option.
+    """
+    for option, given, lacking in (
+        *more,
+        ('--one-process', one_process is True, 'no nodes'),
+        ('--processes', one_process is False, 'no nodes'),
+        ('--domain', domain is not None, 'no topics'),
+        ('--network', network, 'no topics'),
+    ):
+        if offline and given:
+            raise KhrError(
+                f'{option}: not with --offline, which has {lacking}; accepted: one of them'
+            )

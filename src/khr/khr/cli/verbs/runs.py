@@ -14,12 +14,15 @@ from khr.cli.verbs.options import (
     DomainOption,
     HipGainOption,
     NamespaceOption,
+    NetworkOption,
     OutOption,
     OwnEngineOption,
+    ProcessesChoice,
     RecordOption,
     RobotOption,
     ScenarioArgument,
     SetOption,
+    refuse_offline,
     run_named,
     settings_of,
     warn_of_switched_off,
@@ -47,13 +50,7 @@ def start_run(
             '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.'
         ),
     ] = False,
-    one_process: Annotated[
-        bool | None,
-        typer.Option(
-            '--one-process/--processes',
-            help='All nodes in one process (the default), or one process each.',
-        ),
-    ] = None,
+    one_process: ProcessesChoice = None,
     record: RecordOption = True,
     draw: Annotated[
         bool, typer.Option('--draw/--no-draw', help='Draw the recording: overview.png.')
@@ -66,9 +63,7 @@ def start_run(
     engine: OwnEngineOption = None,
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
-    network: Annotated[
-        bool, typer.Option('--network', help='Let other machines join the graph; off by default.')
-    ] = False,
+    network: NetworkOption = False,
     view: Annotated[
         bool, typer.Option('--view', help='Show it in a browser while it runs.')
     ] = False,
@@ -108,20 +103,13 @@ def start_run(
     changes: dict[tuple[str, str], Any] = {}
     if duration is not None:
         changes['simulator', 'duration'] = duration
-    for option, given, lacking in (
+    of_graph = (
         ('--realtime', realtime, 'no clock'),
         ('--view', view, 'no topics to look at'),
-        ('--one-process', one_process is True, 'no nodes'),
-        ('--processes', one_process is False, 'no nodes'),
-        ('--domain', domain is not None, 'no topics'),
-        ('--network', network, 'no topics'),
         ('--driver', bool(driver), 'no topics'),
         ('--board', bool(board), 'no topics'),
-    ):
-        if offline and given:
-            raise KhrError(
-                f'{option}: not with --offline, which has {lacking}; accepted: one of them'
-            )
+    )
+    refuse_offline(offline, one_process, domain, network, of_graph)
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     settings = settings_of(set_, engine, ka, kh)

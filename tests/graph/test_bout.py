@@ -1,0 +1,114 @@
+"""A bout in the ROS graph: the bits of a bout without one, and robots that are told apart."""
+
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from rclpy.executors import SingleThreadedExecutor
+
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.fight import run_bout
+from khr_bringup.changes import changes_in
+from tests.support.runs import (
+    Bag,
+    children,
+    finish,
+    joined,
+    khr,
+    stamp_ns,
+    start_khr,
+    wait_for,
+    wait_until,
+)
+
+pytestmark = pytest.mark.slow
+CHANGES = ('simulator.engine=mujoco', 'referee.time_limit=0.45')
+SHORT = [word for text in CHANGES for word in ('--set', text)]
+
+
+def hash_in(out):
+    return out.partition('round 1 trajectory hash ')[2].split()[0]
+
+
+@pytest.fixture(scope='module')
+def fought(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('bout') / 'graph'
+    ended = khr('bout', 'shove', *SHORT, '--out', folder, folder=folder)
+    assert ended.code == 0, ended.err
+    return ended
+
+
+def test_offline_one_process_and_many_give_the_same_bits(fought, tmp_path):
+    offline = run_bout(load_bout('shove').set_to(CHANGES)).rounds[0].trajectory_hash
+    many = khr('bout', 'shove', *SHORT, '--processes', '--no-record', '--out', tmp_path / 'many')
+    assert many.code == 0, many.err
+    assert hash_in(fought.out) == hash_in(many.out) == offline
+
+
+def test_the_bag_of_a_graph_repeats_bit_for_bit(fought):
+    same = khr('verify', fought.folder)
+    assert same.code == 0, same.err + same.out
+    assert 'round 1 blue: compared 31 samples of 17 topics' in same.out
+
+
+def test_each_robot_has_its_topics_and_frames_and_all_one_clock(fought):
+    bag = Bag(fought.folder / 'round_1' / 'bag')
+    assert [topic for topic in bag if topic.endswith('/clock')] == ['/clock']
+    for robot, side in (('red', -1.0), ('blue', 1.0)):
+        first = bag[f'/{robot}/ground_truth/odom'][0][1]
+        assert first.pose.pose.position.x * side > 0.0
+        assert (first.header.frame_id, first.child_frame_id) == ('odom', f'{robot}/base_link')
+        gyro = bag[f'/{robot}/imu/data_raw'][0][1]
+        assert gyro.header.frame_id == f'{robot}/imu_link'
+        assert bag[f'/{robot}/outcome'][-1][1].message == 'stood'
+        assert bag[f'/{robot}/diagnostics']
+    decision = bag['/referee/decision'][-1][1]
+    assert (decision.message, decision.values[0].value) == ('draw', 'time')
+    assert bag['/referee'][-1][1].position[0] == 1.0
+
+
+@pytest.fixture
+def running(tmp_path):
+    """Return a long bout, one process per node, once its time goes on."""
+    folder = tmp_path / 'long'
+    long = ('referee.time_limit=600.0', 'simulator.pace=2', 'simulator.engine=mujoco')
+    changes = [word for text in long for word in ('--set', text)]
+    process = start_khr('bout', 'shove_guard', *changes, '--processes', '--out', folder)
+    process.folder = folder
+    try:
+        with joined(folder) as node:
+            wait_until(node, seconds=0.3)
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+def test_a_robot_is_set_pushed_and_a_killed_node_named_with_its_robot(running, tmp_path):
+    shown = khr('set', 'red/ankle_controller', 'gain', '18', folder=tmp_path)
+    assert (shown.code, shown.out.split('  #')[0].strip()) == (
+        0,
+        'red/ankle_controller.gain: 12.0 -> 18.0',
+    )
+    assert khr('get', 'blue/ankle_controller', 'gain').out.startswith('gain: 12.0')
+    with joined(running.folder) as node:
+        pusher = node.create_publisher(WrenchStamped, '/blue/push', 10)
+        acted, executor = [], SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        node.create_subscription(WrenchStamped, '/blue/simulator/push', acted.append, 10)
+        wait_for(lambda: pusher.get_subscription_count() == 2, 'simulator and recorder')
+        push = WrenchStamped()
+        push.header.frame_id, push.wrench.force.x = 'odom', 1.0
+        pusher.publish(push)
+        wait_for(lambda: executor.spin_once(0.05) or acted, 'the push')
+    nodes = children(running)
+    assert {'simulator', 'referee', 'recorder', 'red/gait', 'blue/gait'} <= set(nodes)
+    nodes['blue/gait'].kill()
+    ended = finish(running, running.folder)
+    assert ended.code == 1
+    assert 'blue/gait was killed by SIGKILL; the run was stopped' in ended.err
+    bag = Bag(running.folder / 'round_1' / 'bag')
+    assert stamp_ns(bag['/blue/imu/data_raw'][-1][1]) > 0.3e9
+    (changed,) = changes_in(array for _, array in bag['/red/diagnostics'])
+    assert (changed.node, changed.parameter, changed.value) == ('ankle_controller', 'gain', 18.0)
+    assert [round(m.wrench.force.x) for _, m in bag['/blue/simulator/push']] == [1]
+    assert not (running.folder / 'bout.json').exists()
