@@ -28,7 +28,7 @@ class RecoveryParameters:
     threshold: tuple[float, ...] = _pair(
         'distance of the capture point from the middle of the soles above which the robot steps.',
         0.042,
-        0.04,
+        0.042,
         '[0, 0.2] m',
     )
     rate_threshold_deg: tuple[float, ...] = _pair(
@@ -48,7 +48,7 @@ class RecoveryParameters:
     tipping_rate_deg: tuple[float, ...] = _pair(
         'pitch rate above which the robot steps by ``tipping_threshold``.',
         10.0,
-        20.0,
+        12.0,
         '[0, 500] deg/s',
     )
     slow_rate_deg: tuple[float, ...] = _pair(
@@ -68,6 +68,12 @@ class RecoveryParameters:
         'pitch rate above which the robot steps by ``moving_threshold``.',
         50.0,
         50.0,
+        '[0, 500] deg/s',
+    )
+    undamped_rate_deg: tuple[float, ...] = _pair(
+        'the same rate without ankle control: that walk itself pitches faster.',
+        105.0,
+        105.0,
         '[0, 500] deg/s',
     )
     step_length: tuple[float, ...] = _pair('length of the step.', 0.0992, 0.0672, '[0, 0.16] m')
@@ -183,6 +189,7 @@ class StepShape:
     slow_rate_deg: float
     moving_threshold: float
     moving_rate_deg: float
+    undamped_rate_deg: float
     step_length: float
     swing_time: float
     clearance: float

@@ -29,7 +29,6 @@ from khr_common.published import NO_LOAD_SPEED
 
 LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
-UNDAMPED = 1.25  # factor of moving_rate_deg without ankle control: that walk pitches more
 SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
@@ -90,7 +89,7 @@ class Recovery(Block[RecoveryParameters]):
         if own.enabled and not self._acts:
             if moving:
                 damped = any(signals[ANKLE_CORRECTION])
-                self._decide_in_motion(Stance(reference), estimate, 1.0 if damped else UNDAMPED)
+                self._decide_in_motion(Stance(reference), estimate, damped)
             else:
                 self._decide(stance, estimate)
         share, correction = 1.0, ZERO
@@ -147,13 +146,13 @@ class Recovery(Block[RecoveryParameters]):
                     direction, own.foot[0], stance, estimate, ankle_push=shape.tipping_ankle_push
                 )
 
-    def _decide_in_motion(self, here: Stance, estimate: Estimate, factor: float) -> None:
+    def _decide_in_motion(self, here: Stance, estimate: Estimate, damped: bool) -> None:
         """Begin a step if the capture point is beyond the support of a motion, and the rate high.
 
         Args:
             here: posture of the reference.
             estimate: of the distance of the body from where the motion takes it.
-            factor: of the threshold of the rate.
+            damped: whether the ankle controller acts.
         """
         own = self.parameters
         before, self._here = self._here or here, here
@@ -169,7 +168,8 @@ class Recovery(Block[RecoveryParameters]):
             )
             edge = here.toe if direction == FORWARD else -here.heel
             beyond, rate = shape.sign * capture_point - edge, shape.sign * estimate.rate
-            if beyond > shape.moving_threshold and rate > radians(factor * shape.moving_rate_deg):
+            threshold = shape.moving_rate_deg if damped else shape.undamped_rate_deg
+            if beyond > shape.moving_threshold and rate > radians(threshold):
                 # The body is over the standing foot already.
                 self._begin(direction, foot, here, estimate, ankle_roll=0.0)
 

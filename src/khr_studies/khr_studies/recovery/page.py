@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from khr_balance.recovery.recovery import UNDAMPED
 from khr_common.files import write_text
 from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
@@ -67,7 +66,6 @@ def page(runs: pd.DataFrame, name: str) -> str:
         quiet=quiet,
         walks=walks,
         needless=_needless(runs),
-        undamped=UNDAMPED,
         board=(BOARD_TIME, BOARD_DEG),
         walked=table([row for row in walked if not row['robot']], WALKS),
         walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
