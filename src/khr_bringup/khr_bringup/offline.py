@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import groupby
@@ -132,6 +132,39 @@ class ControlLoop:
         return self.signals.get(STAGE, (0.0, 0.0))[:2]
 
 
+class LiveParameters:
+    """The parameters of a robot, which change while it runs.
+
+    Args:
+        scenario: at the start.
+        loop: that takes the changes.
+        changes: to make.
+
+    Attributes:
+        scenario: with the changes so far.
+    """
+
+    def __init__(
+        self, scenario: Scenario, loop: ControlLoop, changes: Iterable[Change] = ()
+    ) -> None:
+        self.scenario, self._loop = scenario, loop
+        after = attrgetter('after_ns')
+        self._due = {at: list(each) for at, each in groupby(sorted(changes, key=after), key=after)}
+
+    def act(self, instant_ns: int) -> bool:
+        """Make the changes after a sample; return whether some are of the simulator."""
+        made = self._due.pop(instant_ns, None)
+        if made is None:  # a scenario takes a while to check
+            return False
+        self.scenario = self.scenario.changed(
+            {(each.node, each.parameter): each.value for each in made}
+        )
+        nodes = {each.node for each in made}
+        for node in nodes:
+            self._loop.configure(node, self.scenario)
+        return SIMULATOR in nodes
+
+
 def run_offline(
     scenario: Scenario, watch: Watch | None = None, changes: Sequence[Change] = ()
 ) -> Result:
@@ -159,25 +192,12 @@ def _run(
     changes: Sequence[Change],
     began: float,
 ) -> Result:
-    due = {
-        instant: list(group)
-        for instant, group in groupby(
-            sorted(changes, key=attrgetter('after_ns')), key=attrgetter('after_ns')
-        )
-    }
-    now = scenario
+    live = LiveParameters(scenario, loop, changes)
 
     def change(instant_ns: int) -> None:
-        nonlocal now
-        made = due.pop(instant_ns, None)
-        if made is None:  # a scenario takes a while to check
-            return
-        now = now.changed({(each.node, each.parameter): each.value for each in made})
-        for node in {each.node for each in made}:
-            if node == SIMULATOR:
-                table = now.table(RunParameters)
-                plant.configure([replace(table, duration=plant.parameters[0].duration)])
-            loop.configure(node, now)
+        if live.act(instant_ns):
+            table = live.scenario.table(RunParameters)
+            plant.configure([replace(table, duration=plant.parameters[0].duration)])
 
     change(BEFORE)
     _set_imports_aside()

@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import values_of
 from khr_analysis.referee import DRAW, Decision, Referee
 from khr_bringup.bout.bout import Bout
-from khr_bringup.offline import ControlLoop
+from khr_bringup.changes import Change
+from khr_bringup.offline import BEFORE, SIMULATOR, ControlLoop, LiveParameters
+from khr_bringup.scenario.scenario import Scenario
 from khr_common.arithmetic import in_force
 from khr_common.errors import KhrError, RunError
 from khr_common.files import write_text
@@ -25,6 +28,13 @@ from khr_sim.run_parameters import REFEREE, RunParameters
 FILE = 'bout.json'
 # Called at each sample of a round, from 0, with state and control loop of each robot.
 Watch = Callable[[int, Mapping[str, GroundTruth], Mapping[str, ControlLoop]], object]
+
+
+class Influences(NamedTuple):
+    """Influences on a robot from outside while a round goes on."""
+
+    changes: tuple[Change, ...] = ()  # of parameters
+    pushes: tuple[str, ...] = ()  # as of a scenario
 
 
 @dataclass(frozen=True)
@@ -97,13 +107,30 @@ class BoutResult:
         }
 
 
-def run_bout(bout: Bout, watch: Watch | None = None) -> BoutResult:
+def run_bout(
+    bout: Bout,
+    watch: Watch | None = None,
+    influences: Mapping[tuple[int, str], Influences] = MappingProxyType({}),
+) -> BoutResult:
     """Run the rounds of a bout as fast as the physics goes, without a graph.
+
+    Args:
+        bout: to run.
+        watch: called at each sample.
+        influences: by round, from 0, and robot.
 
     Raises:
         RunError: if a robot's code fails; the text names the robot.
     """
-    return fight(bout, lambda number: _run_round(bout, number, watch))
+    return fight(
+        bout,
+        lambda number: _run_round(
+            bout,
+            number,
+            watch,
+            {robot: influences.get((number, robot), Influences()) for robot in bout.robots},
+        ),
+    )
 
 
 def fight(bout: Bout, run_round: Callable[[int], Round]) -> BoutResult:
@@ -126,12 +153,23 @@ def write_bout(folder: Path, result: BoutResult) -> None:
     write_text(folder / FILE, json.dumps(result.to_json(), indent=2) + '\n')
 
 
-def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
-    began, robots = time.monotonic(), bout.in_round(number)
+def _run_round(
+    bout: Bout, number: int, watch: Watch | None, influences: Mapping[str, Influences]
+) -> Round:
+    began = time.monotonic()
+    robots = {
+        name: _pushed(scenario, influences[name].pushes)
+        for name, scenario in bout.in_round(number).items()
+    }
     referee, decision = Referee(bout.rules), None
     plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
     try:
         loops = {name: ControlLoop(each) for name, each in robots.items()}
+        live = [
+            LiveParameters(robots[name], loop, influences[name].changes)
+            for name, loop in loops.items()
+        ]
+        _change(BEFORE, live, plant)
         states = plant.start([loop.reference(0.0) for loop in loops.values()])
         while True:
             truths = dict(zip(robots, states, strict=True))
@@ -155,6 +193,18 @@ def _run_round(bout: Bout, number: int, watch: Watch | None) -> Round:
                 assert decision is not None
                 wall_time = time.monotonic() - began
                 return Round(decision, outcomes, plant.trajectory_hash, wall_time)
+            _change(states[0].stamp_ns, live, plant)
             states = plant.advance()
     finally:
         plant.close()
+
+
+def _change(instant_ns: int, live: Sequence[LiveParameters], plant: Plant) -> None:
+    """Make the changes of all robots after a sample."""
+    if any([each.act(instant_ns) for each in live]):
+        plant.configure([each.scenario.table(RunParameters) for each in live])
+
+
+def _pushed(scenario: Scenario, pushes: Sequence[str]) -> Scenario:
+    timed = [text for text in scenario.table(RunParameters).pushes if text]
+    return scenario.changed({(SIMULATOR, 'pushes'): [*timed, *pushes]}) if pushes else scenario

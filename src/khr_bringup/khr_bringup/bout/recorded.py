@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
 from khr_bringup.bout.bout import Bout, parse_bout
-from khr_bringup.bout.fight import FILE, BoutResult, run_bout, write_bout
+from khr_bringup.bout.fight import FILE, BoutResult, Influences, run_bout, write_bout
+from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
 from khr_bringup.offline import ControlLoop
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.recorded.comparison import SideBySide, compared_topics, numbers_of
 from khr_bringup.recorded.integrity import check_bag
+from khr_bringup.recorded.verify import print_influences, pushes_in
 from khr_bringup.run_folder import SCENARIO
 from khr_common.errors import KhrError
 from khr_common.files import write_text
+from khr_common.interfaces import DIAGNOSTICS, PUSHED
 from khr_common.text.strict_yaml import read_file
 from khr_sim.physics.truth import GroundTruth
 
+OF_SIMULATOR = replace(DIAGNOSTICS, name=f'/{DIAGNOSTICS.name}')
 Show = Callable[[float], object]  # takes the simulated time of the bout so far, s
 
 
@@ -125,7 +130,12 @@ def verify_bout(folder: Path, show: Show = lambda _: None) -> int:
             if (number, robot) in sides:
                 sides[number, robot].take(truths[robot], loop)
 
-    result = run_bout(bout, watch)
+    influences = _influences(bout, folder, len(ended['rounds']))
+    for (number, robot), each in influences.items():
+        if any(each):
+            print(f'round {number + 1}:')
+        print_influences(*each, robot)
+    result = run_bout(bout, watch, influences)
     repeated = result.to_json()
     found = [
         f'{folder / FILE}: {key}: differs'
@@ -154,6 +164,25 @@ def _recorded_sides(folder: Path, rounds: int) -> dict[tuple[int, str], SideBySi
             for robot in ROBOTS:
                 messages = read_messages(bag, compared_topics(), numbers_of, robot)
                 found[number, robot] = SideBySide(messages)
+    return found
+
+
+def _influences(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str], Influences]:
+    """Return what the bags of a bout say came from outside, by round from 0 and robot.
+
+    Changes of the simulator, which is at the root, are those of both robots.
+    """
+    found = {}
+    for number in range(rounds):
+        bag = bag_of_round(folder, number)
+        if not bag.exists():
+            continue
+        for robot, scenario in bout.in_round(number).items():
+            messages = read_messages(bag, (DIAGNOSTICS, PUSHED), namespace=robot)
+            shared = read_messages(bag, (OF_SIMULATOR,), namespace=robot)[OF_SIMULATOR]
+            made = (*changes_in(shared), *changes_in(messages[DIAGNOSTICS]))
+            pushes = tuple(pushes_in(bag, messages[PUSHED], scenario, made))
+            found[number, robot] = Influences(made, pushes)
     return found
 
 

@@ -79,11 +79,7 @@ def verify(bag: Path, namespace: str = '') -> int:
         f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
         f'ended by {recorded.end}'
     )
-    for each in recorded.changes:
-        after = 'from the start' if each.after_ns < 0 else f'after t = {each.after_ns / 1e9:.3f} s'
-        print(f'changed {each.node}.{each.parameter} to {each.value} {after}')
-    for push in recorded.pushes:
-        print(f'pushed {push}')
+    print_influences(recorded.changes, recorded.pushes)
     print(f'recorded {recorded.trajectory_hash}')
     repeated, comparison = _repeat(recorded)
     print(f'repeated {repeated.trajectory_hash}')
@@ -137,7 +133,7 @@ def read_recorded(bag: Path, namespace: str = '') -> Recorded:
             f'{TRUE_POSE.name} and {JOINT_STATES.name}'
         )
     made = run.changes
-    pushes = tuple(_pushes(bag, messages[PUSHED], scenario, made))
+    pushes = tuple(pushes_in(bag, messages[PUSHED], scenario, made))
     return Recorded(
         scenario,
         run.text,
@@ -151,7 +147,17 @@ def read_recorded(bag: Path, namespace: str = '') -> Recorded:
     )
 
 
-def _pushes(
+def print_influences(changes: Iterable[Change], pushes: Iterable[str], robot: str = '') -> None:
+    """Print what came from outside while a run went on, with the name of a robot."""
+    for each in changes:
+        after = 'from the start' if each.after_ns < 0 else f'after t = {each.after_ns / 1e9:.3f} s'
+        node = f'{robot}/{each.node}' if robot else each.node
+        print(f'changed {node}.{each.parameter} to {each.value} {after}')
+    for push in pushes:
+        print(f'pushed {robot}{" " * bool(robot)}{push}')
+
+
+def pushes_in(
     bag: Path, pushed: Iterable[Any], scenario: Scenario, made: Iterable[Change]
 ) -> Iterable[str]:
     """Yield the pushes that came over their topic as a scenario has them."""
@@ -162,7 +168,8 @@ def _pushes(
                 f'{bag}: the run cannot be repeated: pushes came while '
                 f'{" or ".join(name for _, name in OF_PUSHES)} was changed'
             )
-        stamp, force, frame = push.header.stamp, push.wrench.force, push.header.frame_id
+        stamp, force = push.header.stamp, push.wrench.force
+        frame = push.header.frame_id.rpartition('/')[2]  # without the robot's name
         x, y, z = p.push_point
         yield (
             f't={(stamp.sec * 1_000_000_000 + stamp.nanosec) / 1e9!r} '
