@@ -64,3 +64,4 @@ def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path, mode):
     for of, name, value in CHANGES:
         assert any(line.startswith(f'changed {of}.{name} to {value} after t = ') for line in lines)
     assert sum(line.startswith('pushed t=') for line in lines) == pushes > 0
+    assert sum(mark.text.startswith('push ') for mark in played.marks) == pushes

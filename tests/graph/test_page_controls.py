@@ -29,9 +29,9 @@ LINKS = {'Signals as CSV', 'Spectrum as CSV'}
 @pytest.fixture(scope='module')
 def viewed(tmp_path_factory):
     folder, port = tmp_path_factory.mktemp('controls') / 'run', free_port()
-    roll = ('--set', 'roll_controller.enabled=true')
+    others = ('--set', 'roll_controller.enabled=true', '--set', 'recovery.enabled=true')
     address = ('--no-browser', '--port', port, '--out', folder)
-    process = start_khr('view', *SHORT, *roll, *address)
+    process = start_khr('view', *SHORT, *others, *address)
     process.folder, process.port = folder, port
     process.domain = wait_until_running(folder)
     yield process
@@ -108,13 +108,23 @@ def test_every_chart_can_be_shown_and_hidden(page):
             chart(page, each.title).wait_for(state='visible' if shown else 'detached')
 
 
+def depth_of_controls(page):
+    """Return how far the first slider is below the state of the run, px."""
+    page.locator('.khr-state').wait_for()
+    place = '(sought) => document.querySelector(sought)?.getBoundingClientRect().y'
+    return page.evaluate(f'({place})("[role=slider]") - ({place})(".khr-state")')
+
+
 def test_a_push_to_the_left_with_all_force_fells_it_and_a_restart_raises_it(page):
+    before = depth_of_controls(page)
     choose(page, 'Direction', 'to its left')
     slider(page, 'Force, N').press('End')
     page.get_by_role('button', name='Push', exact=True).click()
     said(page, r'^fell at [\d.]+ s: press Restart to run it again$')
     page.get_by_role('button', name='Restart').click()
     said(page, '^walking, ', since='^fell')
+    page.locator('.khr-attempts td', has_text=re.compile('^fell$')).wait_for()
+    assert depth_of_controls(page) == before, 'neither fall nor restart moves them'
 
 
 def test_another_scenario_takes_the_place_of_the_one_that_runs(page, viewed):

@@ -47,6 +47,7 @@ OF_CONTROLLER = ('enabled', 'gain')  # parameters that the reader can change
 WATCHED = (
     Tunable('', 'simulator', 'surface', ''),
     Tunable('', 'simulator', 'pad_distance', ''),
+    Tunable('', 'simulator', 'pushes', ''),
     *(Tunable('', GAIT, name, '') for name in specifications(GaitParameters)),
     *(
         Tunable('', node, name, '')

@@ -1,5 +1,7 @@
 """The time of a recording."""
 
+import math
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -122,12 +124,14 @@ def test_rows_of_two_runs_stand_side_by_side():
     ]
 
 
-def test_status_shows_what_is_there():
-    status = Status()
-    assert dict(status.rows(1.0, over=False)) == {'time': '1.00 s', 'verdict so far': 'not yet'}
-    assert dict(status.rows(1.0, over=True)) == {'time': '1.00 s', 'verdict': 'not yet'}
+def test_status_shows_what_is_there_in_the_same_rows_from_the_start():
+    status = Status(factor=math.nan)
+    rows = dict(status.rows(1.0, over=False))
+    assert rows['verdict so far'] == 'not yet' and rows['slip'] == rows['speed'] == '-'
+    assert dict(status.rows(1.0, over=True))['verdict'] == 'not yet'
     values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
     status.monitor('slipped', values | {'real_time_factor': '2.00'})
+    assert list(dict(status.rows(1.0, over=False))) == list(rows)
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
     status.stage, status.scenario = 2, 'walk_0deg'
     rows = dict(status.rows(1.0, over=False))
@@ -136,3 +140,5 @@ def test_status_shows_what_is_there():
     assert rows['late'] == '3 periods, 1 corrections'
     status.simulator({'sync': 'lockstep'})
     assert 'late' not in dict(status.rows(1.0, over=False))
+    status.monitor('fell', values_of(Outcome('fell', 1.0, 0.96, *[0.0] * 6)))
+    assert dict(status.rows(1.0, over=True))['verdict'] == 'fell at 1.0 s'

@@ -37,7 +37,8 @@ def summarise(result: Result, folder: Path, recorded: bool) -> None:
             console, f'changed while it ran: {name} to {quoted(each.value)} at {each.time:.3f} s'
         )
     if len(result.changes) > MOST_CHANGES:
-        print_line(console, f'and {len(result.changes) - MOST_CHANGES} changes more')
+        more = len(result.changes) - MOST_CHANGES
+        print_line(console, f'and {more} more change{"s" * (more > 1)}')
     print_line(console, f'folder {folder}')
     if recorded:
         print_line(console, f'bag {bag_of(folder)}')

@@ -1,14 +1,17 @@
-"""Events of a recorded run that charts mark: changes of parameters, stages, and the fall."""
+"""Events of a run that charts mark: changes of parameters, pushes, stages, and the fall."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import hypot
+from typing import Any
 
 import numpy as np
 
 from khr_bringup.changes import Change
 from khr_bringup.recorded.run_signals import Array
+from khr_sim.physics.push import Push
 
 
 @dataclass(frozen=True)
@@ -19,18 +22,36 @@ class Event:
     text: str
 
 
+def timed_pushes(texts: Iterable[str]) -> list[Event]:
+    """Return the pushes that a scenario times, as the parameter ``pushes`` has them."""
+    pushes = [Push.parse(text) for text in texts if text]
+    return [_push(push.start, push.force) for push in pushes]
+
+
+def received_push(message: Any) -> Event:
+    """Return a push on ``simulator/push``, a geometry_msgs/WrenchStamped."""
+    stamp, force = message.header.stamp, message.wrench.force
+    return _push(stamp.sec + stamp.nanosec / 1e9, (force.x, force.y, force.z))
+
+
 def events_of(
-    fell_at: float | None, changes: Iterable[Change], times: Array, stages: Array
+    fell_at: float | None,
+    changes: Iterable[Change],
+    times: Array,
+    stages: Array,
+    pushes: Iterable[Event] = (),
 ) -> list[Event]:
     """Return the events of a run in their order.
 
     Args:
         fell_at: time of the fall, s; None without one.
         changes: of parameters while it ran.
-        times: of the stages, s, (N,).
+        times: of the samples, s, (N,).
         stages: of the control at these times, (N,).
+        pushes: those after the last sample are left out.
     """
     found = [Event(fell_at, 'fell')] if fell_at is not None else []
+    found += [each for each in pushes if len(times) and each.time <= times[-1]]
     found += [
         Event(each.time, f'{each.node}.{each.parameter} = {number(each.value)}')
         for each in changes
@@ -45,3 +66,7 @@ def events_of(
 def number(value: object) -> str:
     """Return a value of a parameter as text for users."""
     return f'{value:g}' if isinstance(value, float) else str(value)
+
+
+def _push(time: float, force: Iterable[float]) -> Event:
+    return Event(time, f'push {hypot(*force):.3g} N')

@@ -21,6 +21,7 @@ from khr_bringup.recorded.bags import (
     read_messages,
     read_what_is_left,
 )
+from khr_bringup.recorded.events import Event, received_push, timed_pushes
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.recorded.storage import is_recording
 from khr_bringup.result import FILE, RunRecord, read_outcome
@@ -39,6 +40,7 @@ from khr_common.interfaces import (
 from khr_common.run_identity import MalformedError
 from khr_common.text.strict_yaml import read_file
 from khr_description.robot import Robot
+from khr_sim.run_parameters import RunParameters
 
 ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, DIAGNOSTICS, PUSHED, ROBOT_DESCRIPTION)
 ACCEPTED = 'accepted: the folder of a khr run, or its bag'
@@ -201,6 +203,12 @@ class RecordedRun:
     def changes(self) -> tuple[Change, ...]:
         """Return the parameters that were set while the run went on."""
         return tuple(changes_in(self.messages[DIAGNOSTICS]))
+
+    @property
+    def pushes(self) -> list[Event]:
+        """Return the pushes that the scenario times, and those that came over the topic."""
+        timed = timed_pushes(self.parameters.table(RunParameters).pushes)
+        return [*timed, *map(received_push, self.messages[PUSHED])]
 
     @cached_property
     def signals(self) -> tuple[Series, Outcome | None]:

@@ -12,7 +12,7 @@ import numpy as np
 from khr_bringup.balance import Balance, balances_of, margins_of
 from khr_bringup.changes import Change
 from khr_bringup.recorded.bags import AmbiguousError, bag_of
-from khr_bringup.recorded.events import Event, events_of
+from khr_bringup.recorded.events import Event, events_of, timed_pushes
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.recorded.storage import is_recording
@@ -20,7 +20,7 @@ from khr_bringup.result import FILE, RunRecord
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import OUTCOME, PUSHED, STATE, TRUE_POSE
+from khr_common.interfaces import OUTCOME, STATE, TRUE_POSE
 from khr_common.interfaces import SCENARIO as SCENARIO_TOPIC
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
@@ -40,7 +40,7 @@ class RunContents:
     # at the samples of the signals; empty if the poses are not known
     balances: Sequence[Balance | None] = ()
     changes: tuple[Change, ...] = ()  # parameters that were set while it ran
-    pushes: int = 0  # number of pushes received over the topic
+    pushes: Sequence[Event] = ()  # timed by the scenario, or received over the topic
     version: str = ''  # of the code; empty if the run did not record it
     # the arithmetic, and versions of Python and the libraries; empty likewise
     made_with: dict[str, str] = field(default_factory=dict)
@@ -53,12 +53,13 @@ class RunContents:
 
     @property
     def events(self) -> list[Event]:
-        """Return changes, stages and the fall."""
+        """Return changes, pushes, stages and the fall."""
         judged = self.record.judged if self.record else None
         time, stage = (
             (self.series.time, self.series.stage) if self.series else (np.zeros(0), np.zeros(0))
         )
-        return events_of(judged.fell_at if judged else None, self.changes, time, stage)
+        fell = judged.fell_at if judged else None
+        return events_of(fell, self.changes, time, stage, self.pushes)
 
     @property
     def title(self) -> str:
@@ -120,12 +121,11 @@ def contents_of(path: Path, namespace: str = '') -> RunContents:
 
 
 def _read_bag(run: RecordedRun, found: RunContents) -> None:
-    messages = found.read(lambda: run.messages)
-    if messages is None:
+    if found.read(lambda: run.messages) is None:
         return
     found.record = found.record or run.recorded_outcome
     found.changes = run.changes or found.record.changes
-    found.pushes = len(messages[PUSHED])
+    found.pushes = run.pushes
     found.series = found.read(lambda: run.series)
     if found.series is not None:
         _add_balance(found, found.series, run.robot)
@@ -158,6 +158,7 @@ def _repeat(found: RunContents) -> None:
     result, series = run_with_series(found.scenario)
     if result.trajectory_hash == record.trajectory_hash:
         _add_balance(found, series, Robot.load())
+        found.pushes = timed_pushes(found.parameters.table(RunParameters).pushes)
         found.notes.append(
             'no bag; the signals are those of the run repeated, whose trajectory hash is the same'
         )

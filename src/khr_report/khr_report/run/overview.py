@@ -17,6 +17,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import ESTIMATES, Array, Series
+from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
 from khr_common.maths.gaps import broken
@@ -148,7 +149,7 @@ def draw_run(bag: Path, out: Path, namespace: str = '') -> None:
     run = RecordedRun(bag, namespace=namespace)
     series, outcome = run.signals
     fell = outcome.fell_at if outcome else None
-    events = events_of(fell, run.changes, series.time, series.stage)
+    events = events_of(fell, run.changes, series.time, series.stage, run.pushes)
     with styled():
         figure = overview(series, run.parameters, events)
         with written(out) as part:
@@ -179,7 +180,8 @@ def note(scenario: Scenario) -> str:
     """Return a note on the signs and delays of the signals."""
     late = scenario.table(FootForceParameters).time_constant
     forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
-    return f'forward is positive; {SHADED}{forces}'
+    shaded = f'; {SHADED}' if any(swings(scenario.table(GaitParameters)).values()) else ''
+    return f'forward is positive{shaded}{forces}'
 
 
 def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pane]:

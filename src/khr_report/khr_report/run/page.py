@@ -17,12 +17,13 @@ from khr_bringup.node_registry import registry
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
+from khr_bringup.scenario.derived import derived
 from khr_common import specifications
 from khr_common.errors import KhrError
 from khr_common.maths.gaps import broken
 from khr_common.text.quoting import one_line
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
-from khr_report.page.text import count, csv_text
+from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
 from khr_report.run.from_above import from_above
@@ -184,12 +185,14 @@ def _parameters(found: Found) -> Markup:
     for node, registered in registry().items():
         if node not in shown:
             continue
+        follows = [derived(run.parameters.values, node) for run in found.values() if run.scenario]
         for key, specification in specifications(registered.spec.table).items():
             if specification.wiring:
                 continue
             values = [every[node][key] for every in known.values()]
             default = specification.default
-            if any(value != default for value in values):
+            usual = [each.get(key, default) for each in follows]
+            if any(value not in (default, own) for value, own in zip(values, usual, strict=True)):
                 meaning = (default, specification.unit, specification.description)
                 rows.append((f'{node}.{key}', *values, *meaning))
     heads = ('parameter', *known, 'default', 'unit', 'meaning')
@@ -210,9 +213,8 @@ def _parameters(found: Found) -> Markup:
         heads = ('time, s', f'parameter of {name}', 'set to')
         body += _table(heads, changed, {}, f'{name}: none recorded.')
         if run.pushes:
-            body += paragraphs(
-                f'{name}: {count(run.pushes, "push", "pushes")} received over the topic.'
-            )
+            pushes = [(f'{each.time:.3f}', each.text) for each in run.pushes]
+            body += _table(('time, s', f'push of {name}'), pushes, {})
     return body
 
 

@@ -22,7 +22,7 @@ class Timing:
     """What all panels over time share."""
 
     gait: GaitParameters | None = None  # whose swings of the feet are shaded
-    events: Sequence[Event] = ()  # changes of parameters and falls
+    events: Sequence[Event] = ()  # changes of parameters, pushes, falls
 
     def draw(self, axes: Sequence[Axes]) -> None:
         """Shade the swings and mark the events; the top panel names them."""
@@ -42,6 +42,7 @@ class Timing:
                 xycoords=('data', 'axes fraction'),
                 fontsize=6,
                 annotation_clip=True,
+                bbox={'facecolor': 'white', 'alpha': 0.8, 'edgecolor': 'none', 'pad': 0.5},
             )
 
 

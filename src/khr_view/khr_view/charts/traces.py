@@ -56,6 +56,7 @@ class Traces:
     Attributes:
         swings: planned swings of the feet, s.
         events: of the run.
+        pushes: that its scenario times.
         earlier: the attempt that the charts show as a ghost.
     """
 
@@ -65,6 +66,7 @@ class Traces:
         self._numbers: dict[Topic, list[Numbers]] = {topic: [] for topic in chart_topics()}
         self.swings: Swings = {}
         self.events: list[Event] = []
+        self.pushes: Sequence[Event] = ()
         self.earlier: Ghost = {}
 
     def add(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
@@ -93,7 +95,7 @@ class Traces:
 
     def shades(self, times: Array) -> tuple[Array, ...]:
         """Return the phases of the gait and the events at these times."""
-        return shade(times, self.swings, self.events)
+        return shade(times, self.swings, [*self.events, *self.pushes])
 
     def ghost(self, chart: Chart, times: Array) -> Array:
         """Return the first line of a chart in the earlier attempt."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, inf
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.node_registry import controllers, short_name
@@ -53,11 +53,12 @@ class Attempts:
             return
         latest = self.kept[-1].number if self.kept else 0
         number = latest + 1
+        cut = not outcome.fell and run.now < run.motion.end < inf
         slope = run.of('simulator').get('inclination_deg')
         cells = (
             gains_text(run.known_of_controllers()),
             f'{slope:.4g}°' if slope is not None else '',
-            outcome.verdict,
+            outcome.verdict + ' so far' * cut,
             f'{1e3 * outcome.slip_distance:.1f}',
             f'{degrees(outcome.vibration):.1f}',
         )

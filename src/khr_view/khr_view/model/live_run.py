@@ -5,10 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.recorded.constant_part import constant_part
+from khr_bringup.recorded.events import Event, timed_pushes
 from khr_common import build, specifications
 from khr_sim.run_parameters import GAIT
 from khr_view.controls import Tunable, Value
@@ -30,7 +32,7 @@ class LiveRun:
     """
 
     def __init__(self) -> None:
-        self.status = Status()
+        self.status = Status(factor=nan)
         self.now, self.reported = 0.0, time.monotonic()
         self.trouble = ''
         self._motion: GaitMotion | None = None  # computed on first use
@@ -73,6 +75,11 @@ class LiveRun:
         if self._motion is None:
             self._motion = motion_in(self.of(GAIT))
         return self._motion
+
+    @property
+    def pushes(self) -> list[Event]:
+        """Return the pushes that the scenario times."""
+        return timed_pushes(self.of('simulator').get('pushes', ()))
 
     @property
     def over(self) -> bool:

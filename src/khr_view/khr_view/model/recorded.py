@@ -91,13 +91,7 @@ class Timeline:
             columns = [known.get(short_name(node), none) for node in controllers()]
             self._tracks[CONSTANT] = Track(stamps, np.column_stack(columns))
         fell = next((o.fell_at for o in self._outcomes if o.fell_at is not None), None)
-        stage = self._tracks.get(STAGE)
-        self.marks = events_of(
-            fell,
-            run.changes,
-            stage.stamps / 1e9 if stage else np.zeros(0),
-            stage.numbers[:, 0] if stage else np.zeros(0),
-        )
+        self.marks = events_of(fell, run.changes, series.time, series.stage, run.pushes)
 
     def _gyro_samples(self) -> Samples | None:
         """Return the pitch rate of the gyro, sampled evenly; None if there is too little."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, isfinite, nan
 
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import outcome_of
@@ -13,7 +13,6 @@ from khr_common.status_values import integer, real
 COUNTED = {'missed_periods', 'stale_corrections'}
 FACTOR = 'real_time_factor'
 ROWS = (  # label, attribute of the outcome, unit, scale
-    ('fell at', 'fell_at', 's', 1.0),
     ('distance', 'distance', 'mm', 1e3),
     ('slip', 'slip_distance', 'mm', 1e3),
     ('vibration', 'vibration', 'deg/s', degrees(1.0)),
@@ -30,7 +29,7 @@ class Status:
     reason: str = ''  # of the state
     # so far, by the monitor; None before its first report
     outcome: Outcome | SensedOutcome | None = None
-    factor: float | None = None  # simulated over wall time; None if it is unknown
+    factor: float | None = None  # simulated over wall time, NaN if it is not known yet
     stage: int = 0  # of the control; 0 without stages
     late: str = ''  # in realtime mode, the late periods and the dropped corrections
 
@@ -70,15 +69,21 @@ class Status:
         """
         rows = [('scenario', self.scenario)] if self.scenario else []
         label = 'verdict' if over else 'verdict so far'
-        rows += [('time', f'{time:.2f} s'), (label, self.verdict or 'not yet')]
+        fell = self.outcome.fell_at if self.outcome else None
+        verdict = self.verdict if fell is None else f'{self.verdict} at {fell:.1f} s'
+        rows += [('time', f'{time:.2f} s'), (label, verdict or 'not yet')]
         for label, attribute, unit, scale in ROWS:
-            value = getattr(self.outcome, attribute, None)
+            value = getattr(self.outcome, attribute, None) if self.outcome else nan
             if value is not None:
-                rows.append((label, f'{value * scale:.1f} {unit}'))
+                rows.append((label, _number(value * scale, 1, unit)))
         if self.stage:
             rows.append(('stage', str(self.stage)))
         if self.factor is not None:
-            rows.append(('speed', f'{self.factor:.2f} times real time'))
+            rows.append(('speed', _number(self.factor, 2, 'times real time')))
         if self.late:
             rows.append(('late', self.late))
         return rows
+
+
+def _number(value: float, decimals: int, unit: str) -> str:
+    return f'{value:.{decimals}f} {unit}' if isfinite(value) else '-'

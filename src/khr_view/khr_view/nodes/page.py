@@ -101,7 +101,7 @@ class PageNode(KhrNode):
     def _show_attempts(self) -> None:
         attempts = self._page.attempts
         self._traces.earlier = attempts.ghost
-        rows = [(each.number, each.cells) for each in attempts.kept]
+        rows = [(each.number, each.cells) for each in reversed(attempts.kept)]
         self._display.show_attempts(HEADS, rows, attempts.chosen, self._choose_ghost)
 
     def _choose_ghost(self, number: int) -> None:
@@ -140,6 +140,7 @@ class PageNode(KhrNode):
         self._look()
         if self._count % CHARTS_EVERY == 0:
             self._traces.swings = self._run.motion.swings
+            self._traces.pushes = self._run.pushes
             self._display.show_traces(self._traces)
         if self._count % STATUS_EVERY == 0 and self._run.known:
             self._note(self._run.state_text(self._page.at_the_end if self._session else None))

@@ -13,7 +13,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.changes import changes_in
-from khr_bringup.recorded.events import Event, number
+from khr_bringup.recorded.events import Event, number, received_push
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
@@ -145,6 +145,7 @@ class Reports:
         force = message.wrench.force
         if not isfinite(force.x + force.y + force.z):
             raise MalformedError('numbers that are not finite')
+        self._traces.events.append(received_push(message))
         if message.header.frame_id in ('', WORLD) and self._scene.snapshot is not None:
             acting = np.array((force.x, force.y, force.z))
             self._display.show_push(self._scene.snapshot, acting, acts=True)

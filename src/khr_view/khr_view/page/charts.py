@@ -32,7 +32,8 @@ OWN_SCALE: dict[str, Any] = {'scale': 'phase', 'points': {'show': False}}
 SHADINGS = (
     OWN_SCALE | {'label': 'left foot swings', 'width': 0, 'fill': 'rgba(0, 114, 178, 0.12)'},
     OWN_SCALE | {'label': 'right foot swings', 'width': 0, 'fill': 'rgba(213, 94, 0, 0.12)'},
-    OWN_SCALE | {'label': 'change or fall', 'stroke': '#000000', 'width': 1.5, 'dash': [2, 2]},
+    OWN_SCALE
+    | {'label': 'change, push or fall', 'stroke': '#000000', 'width': 1.5, 'dash': [2, 2]},
 )
 # As uPlot's own range, but a line of zeros has an axis to 1, not to 100.
 END = {'pad': 0.1, 'soft': 0, 'mode': 3}

@@ -261,9 +261,10 @@ class Display:
         chosen: int,
         choose: Callable[[int], object],
     ) -> None:
-        """List the attempts; a click on one calls ``choose`` with its number."""
-        if not rows:
-            return
+        """List the attempts; a click on one calls ``choose`` with its number.
+
+        The list keeps its height, and scrolls.
+        """
         head = ''.join(f'<th>{escape(each)}</th>' for each in heads)
         body = ''
         for number, cells in rows:
@@ -272,8 +273,8 @@ class Display:
             texts = ''.join(f'<td>{escape(cell)}</td>' for cell in (str(number), *cells))
             body += f'<tr data-khr-attempt="{number}"{mark}>{texts}</tr>'
         self._attempts.content = (
-            '<div class="khr khr-attempts"><b>Attempts</b>: click to show one in grey'
-            f'<table><tr>{head}</tr>{body}</table></div>'
+            '<div class="khr"><b>Attempts</b>: click to show one in grey</div>'
+            f'<div class="khr khr-attempts"><table><tr>{head}</tr>{body}</table></div>'
         )
 
     def _on_attempt(self, choose: Callable[[int], object], number: int) -> str:

@@ -12,7 +12,9 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import BODY, JOINT_STATE, WORLD
 
 VIEWS = scenarios.CONFIG / 'view'
-TOPICS = {topic.name for node in registry().values() for topic in node.spec.publishes}
+KNOWN = {topic for node in registry().values() for topic in node.spec.publishes}
+TOPICS = {topic.name for topic in KNOWN}
+STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def test_rviz_shows_what_there_is():
@@ -36,6 +38,12 @@ def test_foxglove_shows_what_there_is():
     topics = {re.match(r'/([\w/]+)', path)[1] for path in paths}
     assert len(topics) > 5
     assert topics <= TOPICS
+    for path in paths:
+        name, *fields = re.findall(r'^/[\w/]+|(?<=\.)\w+', path)
+        (kind,) = (each.kind for each in KNOWN if f'/{each.name}' == name)
+        for field in fields:
+            kind = dict(STORE.get_msgdef(kind).fields)[field][1]
+            kind = kind if isinstance(kind, str) else kind[0][0]
     assert panels['3D!robot']['fixedFrame'] == WORLD
     assert panels['3D!robot']['followTf'] == BODY
 
@@ -46,19 +54,17 @@ def test_foxglove_shows_what_there_is():
 
 
 def test_plotjuggler_shows_numbers_that_the_messages_have():
-    topics = {topic.name: topic for node in registry().values() for topic in node.spec.publishes}
-    store = get_typestore(Stores.ROS2_JAZZY)
     curves = [
         curve.get('name') for curve in ElementTree.parse(VIEWS / 'plotjuggler.xml').iter('curve')
     ]
     assert len(curves) > 10
     for curve in curves:
-        (topic,) = (each for each in topics.values() if curve.startswith(f'/{each.name}/'))
+        (topic,) = (each for each in KNOWN if curve.startswith(f'/{each.name}/'))
         path = curve.removeprefix(f'/{topic.name}/').split('/')
         if topic.kind == JOINT_STATE:  # PlotJuggler takes these apart by name
             assert path[0] in topic.names and path[1:] == ['position'], curve
             continue
         kind = topic.kind
         for name in path:
-            kind = dict(store.get_msgdef(kind).fields)[name][1]
+            kind = dict(STORE.get_msgdef(kind).fields)[name][1]
         assert kind[0] == 'float64', curve

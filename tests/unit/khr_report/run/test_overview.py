@@ -11,7 +11,7 @@ from khr_bringup.balance import BalanceSeries
 from khr_bringup.recorded.events import Event
 from khr_bringup.scenario.scenario import load_scenario
 from khr_report.plots.plot_style import panels, styled
-from khr_report.run.overview import BALANCE, ESTIMATE, SPECTRUM, over_time, overview
+from khr_report.run.overview import BALANCE, ESTIMATE, SPECTRUM, note, over_time, overview
 from khr_report.run.spectra import RANGE_DB, draw_spectra, spectrogram, third_cycle
 from khr_report.run.timing import Timing
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
@@ -51,6 +51,8 @@ def test_the_overview_shows_rates_in_degrees_on_one_time_axis_and_a_spectrum(ser
     fast = SCENARIO.changed({('foot_force', 'time_constant'): 0.0})
     with styled():
         assert 'late' not in overview(series, fast).get_supxlabel()
+    assert 'shaded' in note(SCENARIO)
+    assert 'shaded' not in note(load_scenario('stand_0deg')), 'no foot swings'
 
 
 def test_a_signal_that_says_nothing_has_no_panel(series):

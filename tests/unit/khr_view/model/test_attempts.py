@@ -19,6 +19,8 @@ def run(gain=12.0):
     found.learn(BY_KEY['ankle_controller', 'enabled'], True)
     found.learn(BY_KEY['ankle_controller', 'gain'], gain)
     found.learn(BY_KEY['simulator', 'inclination_deg'], 7.68)
+    found.learn(BY_KEY['gait', 'motion'], 'walk')
+    found.now = 8.0
     found.status.outcome = Outcome('slipped', 13.6, None, 1.2, 0.1, 0.3, 0.02, 0.01, 0.1)
     return found
 
@@ -34,9 +36,13 @@ def test_the_table_says_gains_slope_verdict_slip_and_vibration():
     attempts = Attempts()
     attempts.add(run(), traces(0.0))
     ((cells),) = (each.cells for each in attempts.kept)
-    assert cells == ('K_A 12', '7.68°', 'slipped', '20.0', '5.7')
+    assert cells == ('K_A 12', '7.68°', 'slipped so far', '20.0', '5.7')
+    ended = run()
+    ended.now = ended.motion.end
+    attempts.add(ended, traces(0.0))
+    assert attempts.kept[-1].cells[2] == 'slipped'
     attempts.add(LiveRun(), traces(0.0))
-    assert len(attempts.kept) == 1, 'nobody looked at it'
+    assert len(attempts.kept) == 2, 'nobody looked at it'
 
 
 def test_the_ghost_is_the_attempt_before_until_the_reader_chooses_another():

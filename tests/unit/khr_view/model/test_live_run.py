@@ -2,6 +2,7 @@
 
 import pytest
 
+from khr_bringup.recorded.events import Event
 from khr_view.controls import WATCHED, tunables
 from khr_view.model.live_run import SILENCE, LiveRun
 
@@ -27,3 +28,11 @@ def test_a_simulator_that_is_silent_for_long_is_gone():
     run.reported -= SILENCE + 1.0
     assert run.state_text('same') == 'no run is going on: the page waits for one'
     assert not run.over
+
+
+def test_the_pushes_of_the_scenario_are_known_from_its_parameter():
+    run = LiveRun()
+    assert run.pushes == []
+    push = 't=1.0 duration=0.1 link=base_link frame=odom force=8,0,0'
+    run.learn(BY_KEY['simulator', 'pushes'], [push])
+    assert run.pushes == [Event(1.0, 'push 8 N')]

@@ -47,7 +47,7 @@ def start_run(
     offline: Annotated[
         bool,
         typer.Option(
-            '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.'
+            '--offline', help='The same code without ROS: no topics, no bag, the same trajectory.'
         ),
     ] = False,
     one_process: ProcessesChoice = None,
