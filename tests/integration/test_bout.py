@@ -8,9 +8,21 @@ from PIL import Image
 from khr.runs import load
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.recorded import played
+from khr_view.charts.charts import BLUE, RED
+from khr_view.model.shapes import shapes
+from khr_view.playback import PlayedRuns, timelines
 from tests.support.runs import khr
 
-SHORT = ('--engine', 'mujoco', '--set', 'referee.time_limit=0.3', '--set', 'referee.rounds=2')
+SHORT = (
+    '--offline',
+    '--engine',
+    'mujoco',
+    '--set',
+    'referee.time_limit=0.3',
+    '--set',
+    'referee.rounds=2',
+)
 
 
 @pytest.fixture(scope='module')
@@ -58,6 +70,29 @@ def test_a_bag_holds_both_robots_and_one_clock(fought):
     assert red.signals.pose[0, 0] < 0.0 < blue.signals.pose[0, 0]
     assert red.scenario.of('gait')['motion'] == 'file'
     assert blue.scenario.of('gait')['motion'] == 'stand'
+
+
+def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):
+    folder, _ = fought
+    place = played(folder)
+    assert place == folder / 'round_1'
+    runs, together = timelines([place])
+    assert together and [run.name for run in runs] == ['red', 'blue']
+    red, blue = (run.snapshot(0.3) for run in runs)
+    assert red.base[0] < 0.0 < blue.base[0]
+    assert (0.72, 0.12, 0.10) in {shape.color for shape in shapes(runs[0].robot)}
+    assert (0.12, 0.25, 0.62) in {shape.color for shape in shapes(runs[1].robot)}
+    assert {
+        line.color for chart in PlayedRuns(runs, (RED, BLUE)).charts for line in chart.lines
+    } == {RED, BLUE}
+    alone, together = timelines([place], 'blue')
+    assert not together and len(alone) == 1
+
+
+def test_a_bout_that_is_not_recorded_has_no_page():
+    ended = khr('view', 'shove')
+    assert (ended.code, ended.err.count('\n')) == (2, 1)
+    assert 'a bout has no live page' in ended.err
 
 
 def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):

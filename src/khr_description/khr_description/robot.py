@@ -53,6 +53,15 @@ def link_names() -> tuple[str, ...]:
     return tuple(Robot.load().links)
 
 
+# Colours of the suit: that of the description, and those of robots of a bout, by name.
+SUIT, SUITS = 'rgba="0.12 0.25 0.62 1"', {'red': 'rgba="0.72 0.12 0.10 1"'}
+
+
+def dressed(urdf: str, name: str) -> str:
+    """Return the description of a robot in a suit of its own, by its name in a bout."""
+    return urdf.replace(SUIT, SUITS.get(name, SUIT))
+
+
 class Robot:
     """The links and joints of a URDF, in the order of the file.
 

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from khr_bringup.recorded.bags import robots_in
 from khr_common.maths.gaps import interpolated
-from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, Curve, charts
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, RED, Array, Chart, Curve, charts
 from khr_view.charts.traces import shade
 from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
@@ -21,6 +22,7 @@ from khr_view.model.restart import PAUSE
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
 SIDE = 0.36  # m between two robots
+DISTANCE = 1.4  # of the camera from two robots of a bout, over that from one
 ENDED = 'its recording has ended'
 
 
@@ -68,12 +70,16 @@ class Player:
 class PlayedRuns:
     """The traces of one run, or of two at one time: a colour for each run, dashes for each line.
 
+    Args:
+        runs: one or two.
+        colors: of two.
+
     Attributes:
         charts: of the lines that are recorded.
     """
 
-    def __init__(self, runs: Sequence[Timeline]) -> None:
-        self._runs = runs
+    def __init__(self, runs: Sequence[Timeline], colors: tuple[str, str] = (BLUE, ORANGE)) -> None:
+        self._runs, self._colors = runs, colors
         self._parts: dict[str, list[Chart]] = {}  # of each run, by title
         found = []
         for chart in charts():
@@ -88,7 +94,7 @@ class PlayedRuns:
         self.now = 0.0
 
     def _named(self, parts: Sequence[Chart]) -> Iterator[Iterable[Curve]]:
-        for run, part, color in zip(self._runs, parts, (BLUE, ORANGE), strict=False):
+        for run, part, color in zip(self._runs, parts, self._colors, strict=False):
             yield (
                 part.lines
                 if len(self._runs) == 1
@@ -120,13 +126,13 @@ class PlayedRuns:
 def play(
     paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = True, namespace: str = ''
 ) -> int:
-    """Play runs back, side by side, until interrupted.
+    """Play runs back, side by side, until interrupted; the robots of a bout in one world.
 
     Args:
         paths: folders of runs, or bags.
         guard: opens the guard of the page; called once the runs have been read.
         loop: whether they restart after their end.
-        namespace: of the robot, in a bag of several.
+        namespace: of the robot, in a bag of several; without one all robots of a bout are shown.
 
     Raises:
         KhrError: if a run cannot be read or the page not be served.
@@ -135,19 +141,22 @@ def play(
     from khr_view.page.display import Display, Note
     from khr_view.page.playback_panel import PlaybackPanel
 
-    runs = [Timeline(path, namespace) for path in paths]
+    runs, together = timelines(paths, namespace)
     interrupted: list[int] = []
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda caught, _: interrupted.append(caught))
     player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
-    played = PlayedRuns(runs)
+    played = PlayedRuns(runs, (RED, BLUE)) if together else PlayedRuns(runs)
     names = [run.name for run in runs] if len(runs) > 1 else ['']
-    display = Display(guard(), played.charts, names)
+    away = DISTANCE if together else 1.0
+    display = Display(guard(), played.charts, names, away=away)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
-        display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
+        aside = 0.0 if together else -number * SIDE
+        display.add_robot(run.robot, (0.0, aside, 0.0), name)
     panel = PlaybackPanel(display.server, display.later, player, runs)
     display.add_look()
     title = runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs)
+    title = f'{runs[0].title}: {title}' if together else title
     damage = '; '.join(run.damage for run in runs if run.damage)
     count, shown, before = 0, -1.0, time.monotonic()
     while not interrupted:
@@ -161,7 +170,7 @@ def play(
         if not display.readers or (player.now == shown and count % CHARTS_EVERY):
             continue
         shown = played.now = player.now
-        display.show_scenes([run.snapshot(player.now) for run in runs])
+        display.show_scenes([run.snapshot(player.now) for run in runs], together)
         if count % CHARTS_EVERY == 0:
             display.show_traces(played)
             for number, run in enumerate(runs):
@@ -175,6 +184,19 @@ def play(
             display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
     display.close()
     return 0
+
+
+def timelines(paths: Sequence[Path], namespace: str = '') -> tuple[list[Timeline], bool]:
+    """Return the runs to play, and whether they are the robots of one bout.
+
+    Args:
+        paths: folders of runs, or bags; the only one may be that of a round.
+        namespace: of the robot, in a bag of several.
+    """
+    robots = robots_in(paths[0]) if len(paths) == 1 and not namespace else []
+    if len(robots) == 2:
+        return [Timeline(paths[0], robot, robot) for robot in robots], True
+    return [Timeline(path, namespace) for path in paths], False
 
 
 def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:

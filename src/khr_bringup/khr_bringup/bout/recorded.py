@@ -10,7 +10,7 @@ from typing import Any
 
 from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
-from khr_bringup.bout.bout import Bout, parse_bout
+from khr_bringup.bout.bout import Bout, is_bout, parse_bout
 from khr_bringup.bout.fight import FILE, BoutResult, Influences, run_bout, write_bout
 from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
@@ -78,6 +78,22 @@ def folder_of_round(folder: Path, number: int) -> Path:
 def bag_of_round(folder: Path, number: int) -> Path:
     """Return the bag of a round, from 0, in the folder of its bout."""
     return folder_of_round(folder, number) / 'bag'
+
+
+def played(source: Path) -> Path:
+    """Return the folder of the first round if a source is the folder of a bout, else the source.
+
+    Raises:
+        KhrError: if the source is a bout that has not been recorded.
+    """
+    if not is_bout(str(source)):
+        return source
+    if not source.is_dir():
+        raise KhrError(
+            f'{source}: a bout has no live page; accepted: the folder of one, or of one of its '
+            'rounds'
+        )
+    return folder_of_round(source, 0)
 
 
 def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:

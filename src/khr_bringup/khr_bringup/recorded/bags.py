@@ -18,7 +18,7 @@ from khr_bringup.recorded.mend import mend
 from khr_bringup.recorded.storage import ACCEPTED, decompressed, files_of, is_recording, opened
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
-from khr_common.interfaces import FINISHED, Topic
+from khr_common.interfaces import FINISHED, TRUE_POSE, Topic
 
 # By topic: (stamp in ns, numbers) of periodic topics, whole messages of the others.
 Messages = dict[Topic, Any]  # a list of messages, or Samples of a periodic topic
@@ -107,6 +107,18 @@ def read_messages(
             'the folder of a run'
         ) from error
     return messages
+
+
+def robots_in(bag: Path) -> list[str]:
+    """Return the namespaces of the robots of a recording; empty if it is of one at the root."""
+    try:
+        with opened(existing_bag(bag)) as storage:
+            names = [each.topic for each in storage.connections]
+    except Exception:  # a damaged file fails in many ways; who reads it says so
+        return []
+    suffix = f'/{TRUE_POSE.name}'
+    found = [name.removesuffix(suffix).strip('/') for name in names if name.endswith(suffix)]
+    return [] if '' in found else found
 
 
 def read_what_is_left(

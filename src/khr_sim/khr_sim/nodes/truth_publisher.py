@@ -21,6 +21,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
+from khr_description.robot import dressed
 from khr_sim.physics.truth import SIGNALS, GroundTruth
 
 
@@ -56,7 +57,8 @@ class TruthPublisher:
             for topic in SIGNALS
             if clock or topic != CLOCK
         }
-        self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION.under(robot)), urdf
+        self._description = node.publisher(ROBOT_DESCRIPTION.under(robot))
+        self._urdf = dressed(urdf, robot)
 
     def describe(self) -> None:
         """Publish the robot description, once per run."""

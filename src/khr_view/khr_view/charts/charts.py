@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 # The colours of Okabe and Ito, which colour-blind readers can distinguish. The left foot is blue
 # and the right foot orange, as in figures and films.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
+RED = '#BE2828'  # of the robot red in a bout
 # Lengths of strokes and gaps, px, by their name in the legend.
 DASHES: dict[str, list[int]] = {
     '': [],

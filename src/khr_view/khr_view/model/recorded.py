@@ -40,6 +40,7 @@ class Timeline:
     Args:
         path: the folder of a run, or its bag.
         namespace: of the robot, in a bag of several.
+        name: of the run; that of the folder or bag by default.
 
     Raises:
         KhrError: if nothing in it can be shown.
@@ -54,11 +55,11 @@ class Timeline:
         damage: of the bag; empty if it is whole.
     """
 
-    def __init__(self, path: Path, namespace: str = '') -> None:
+    def __init__(self, path: Path, namespace: str = '', name: str = '') -> None:
         topics = (*NEEDED, *polled_topics(), *OBSERVED, STAGE, *signal_topics())
         sampled = tuple(dict.fromkeys(topics))
         run = RecordedRun(path, sampled, salvage=True, namespace=namespace)
-        messages, self.damage, self.name = run.messages, run.damage, run.name
+        messages, self.damage, self.name = run.messages, run.damage, name or run.name
         self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:

@@ -78,6 +78,7 @@ class Display:
         charts: to show.
         names: of several runs, for their spectra.
         attempts: whether charts show an earlier attempt as a ghost.
+        away: distance of the camera, over that from one robot.
 
     Attributes:
         server: of the page.
@@ -89,7 +90,9 @@ class Display:
         charts: tuple[Chart, ...],
         names: Sequence[str] = ('',),
         attempts: bool = False,
+        away: float = 1.0,
     ) -> None:
+        self._away = away
         self._acts: SimpleQueue[Callable[[], object]] = SimpleQueue()
         self.server = PageServer(guard, TITLE)
         server = self.server
@@ -165,8 +168,14 @@ class Display:
         while not self._acts.empty():
             self._acts.get()()
 
-    def show_scenes(self, scenes: Sequence[Snapshot | None]) -> None:
-        """Update the poses of the robots; the camera follows the first."""
+    def show_scenes(self, scenes: Sequence[Snapshot | None], together: bool = False) -> None:
+        """Update the poses of the robots.
+
+        Args:
+            scenes: of each robot.
+            together: whether they share one world: the camera then follows their middle, and
+                else the first.
+        """
         with self.server.atomic():
             for robot, scene in zip(self._robots, scenes, strict=True):
                 if scene is not None:
@@ -180,7 +189,8 @@ class Display:
                     if scene is not None:
                         robot.tilt(first.inclination - scene.inclination)
                 if self._follow:
-                    self._root.position = -first.way
+                    followed = [each for each in scenes if each] if together else [first]
+                    self._root.position = -np.mean([each.way for each in followed], axis=0)
 
     def show_push(self, scene: Snapshot, force: NDArray[np.float64], acts: bool = False) -> None:
         """Show a push on the first robot; one that acts disappears after a while."""
@@ -209,7 +219,7 @@ class Display:
     def _place(self, camera: Any, name: str = 'Default view') -> None:
         """Have a camera show all robots."""
         middle = np.add(TARGET, (0.0, self._between / 2.0, 0.0))
-        away = 1.0 + BACKWARD * abs(self._between)
+        away = self._away + BACKWARD * abs(self._between)
         camera.position = tuple((middle + np.multiply(VIEWS[name], away)).tolist())
         camera.look_at = tuple(middle.tolist())
 

@@ -183,11 +183,12 @@ def view(
     """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
+    from khr_bringup.bout.recorded import played
     from khr_bringup.graph.graph import RunOptions
     from khr_bringup.recorded.storage import is_recording
     from khr_view.viewing import Viewing, play
 
-    source = str(run_named(source))
+    source = str(played(run_named(source)))
     if against is not None or Path(source).is_dir() or is_recording(Path(source)):
         both = [Path(source), *([run_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from khr_common.maths.rotation import matrix, pitched
-from khr_description.robot import Robot
+from khr_description.robot import Robot, dressed
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.camera import SUN, Camera, Picture
 from khr_sim.physics.engines.bullet import Bullet, bullet
@@ -13,8 +13,6 @@ from khr_sim.physics.engines.bullet import Bullet, bullet
 STRIPE = 0.05  # m, along the slope
 HALF_WIDTH, THICKNESS = 0.18, 0.015  # m
 RING = 1.0  # m, half the width under several robots
-BLUE = 'rgba="0.12 0.25 0.62 1"'  # of the suit in the description
-RED = 'rgba="0.72 0.12 0.10 1"'  # of the first of several robots
 STRIPES = 56  # enough for the widest image
 COLORS = ((0.92, 0.90, 0.85, 1.0), (0.85, 0.82, 0.75, 1.0))
 
@@ -25,8 +23,7 @@ class BulletScene(Bullet):
     def __init__(self, parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> None:
         super().__init__(parameters, robot, robots)
         if robots > 1:
-            assert BLUE in self._urdfs[0]
-            self._urdfs[0] = self._urdfs[0].replace(BLUE, RED)
+            self._urdfs[0] = dressed(self._urdfs[0], 'red')
 
     def reset(self, inclination: float) -> None:
         """Restart on ground inclined by an angle in rad."""
