@@ -1,13 +1,21 @@
 """A bout in the ROS graph: the bits of a bout without one, and robots that are told apart."""
 
+import json
+import signal
+import subprocess
+
 import psutil
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import Imu
 
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.launching import prepare_bout
+from khr_bringup.graph.launching import ARGUMENTS
+from khr_bringup.graph.run_registry import registered
+from khr_bringup.node_registry import registry
+from tests.support.namespaced import python
 from tests.support.runs import Bag, children, finish, joined, khr, start_khr, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
@@ -54,6 +62,41 @@ def test_each_robot_has_its_topics_and_frames_and_all_one_clock(fought):
     decision = bag['/referee/decision'][-1][1]
     assert (decision.message, decision.values[0].value) == ('draw', 'time')
     assert bag['/referee'][-1][1].position[0] == 1.0
+
+
+def test_a_launched_round_has_the_same_hash_and_leaves_the_same_result(
+    fought, tmp_path, monkeypatch
+):
+    """As the launch file starts it, but with all nodes in one process."""
+    given = {name: default for name, (default, _) in ARGUMENTS.items()}
+    own = {'scenario': 'shove', 'set': ','.join(CHANGES), 'record': 'false'}
+    launch = prepare_bout({**given, **own, 'out': str(tmp_path / 'run')})
+    assert ('khr_balance', 'gait', 'blue') in launch.nodes
+    remaps = [f'{old}:={new}' for old, new in launch.remappings]
+    ros = [word for rule in remaps for word in ('-r', rule)]
+    ros += [word for file in launch.parameters for word in ('--params-file', file)]
+    entries = [
+        f'{robot}/{registry()[node].entry}' if robot else registry()[node].entry
+        for _, node, robot in launch.nodes
+    ]
+    with registered('shove', tmp_path) as entry:
+        for key, value in (entry.environment() | {'KHR_RUN': ''}).items():
+            monkeypatch.setenv(key, value)
+        graph = python('khr_common.nodes.run', *entries, '--ros-args', *ros)
+        assert launch.verdict[0] == 'bout_verdict'
+        verdict = python('khr_bringup.bout.verdict', *launch.verdict[1:], stdout=subprocess.PIPE)
+        try:
+            out, _ = verdict.communicate(timeout=90)
+        finally:
+            graph.send_signal(signal.SIGINT)
+            graph.wait(30.0)
+    assert verdict.returncode == 0
+    assert 'shove: won by draw, time, 0.45 s' in out
+    assert out.split()[-1] == hash_in(fought.out)
+    results = [
+        json.loads((each / 'bout.json').read_text()) for each in (launch.folder, fought.folder)
+    ]
+    assert results[0]['rounds'] == results[1]['rounds']
 
 
 @pytest.fixture
@@ -112,12 +155,9 @@ def test_each_robot_is_set_and_pushed_and_the_bout_repeats_with_that(running, tm
     assert 'pushed blue t=' in same.out and 'link=torso frame=torso force=3.0,0.0,0.0' in same.out
 
 
-@pytest.mark.parametrize('running', [('--one-process', 'referee.time_limit=600.0')], indirect=True)
-def test_a_fault_in_the_topics_of_a_robot_names_the_robot(running):
-    with joined(running.folder) as node:
-        stranger = node.create_publisher(Imu, '/blue/ground_truth/imu', 10)
-        wait_for(stranger.get_subscription_count, 'the gyro')
-        stranger.publish(Imu())  # with a timestamp that goes back
-        ended = finish(running, running.folder)
-    assert ended.code == 1
-    assert 'blue/' in ended.err and '; the run was stopped' in ended.err
+def test_an_error_in_a_node_of_one_robot_names_the_robot(tmp_path):
+    fault = ('--set', 'blue.fft_analyser.axis=along', '--out', tmp_path / 'fault')
+    ended = khr('bout', 'shove', *SHORT, *fault)
+    assert (ended.code, ended.err.count('Traceback')) == (1, 0)
+    text = "blue/fft_analyser: axis: 'along' is not accepted; accepted: x, y, z"
+    assert f'{text}; the run was stopped' in ended.err

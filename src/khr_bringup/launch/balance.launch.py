@@ -1,5 +1,7 @@
 """Launch the whole graph: ``ros2 launch khr_bringup balance.launch.py scenario:=NAME``.
 
+The scenario may be a bout: two robots in one world.
+
 The launch ends with the run; its exit code is 0 if the run was complete with the expected verdict.
 """
 
@@ -17,6 +19,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from khr_bringup.bout.bout import is_bout
+from khr_bringup.bout.launching import prepare_bout
 from khr_bringup.graph.launching import ARGUMENTS, Launch, check_names, prepare_launch
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
@@ -31,36 +35,43 @@ def _launched(context: LaunchContext) -> list[Action]:
     state_publisher = 'robot_state_publisher' in get_packages_with_prefixes()
     asked = [text.partition(':=')[0] for text in context.argv or ()]
     strange = check_names([*context.launch_configurations, *asked], asked)
-    launch = prepare_launch(given, joints=not state_publisher)
+    prepare = prepare_bout if is_bout(given['scenario']) else prepare_launch
+    launch = prepare(given, joints=not state_publisher)
     own = partial(
         Node,
         output='screen',
-        namespace=given['namespace'],
         additional_env={PARENT: str(os.getpid())},  # no node outlives its launch
         sigterm_timeout=PATIENCE,
         sigkill_timeout=PATIENCE,
     )
     return [
         *(LogInfo(msg=f'{name}: no argument of this launch file') for name in strange),
-        LogInfo(msg=f'{launch.scenario.name}: folder {launch.folder}'),
+        LogInfo(msg=f'{launch.name}: folder {launch.folder}'),
         *(
             own(
                 package=package,
                 executable=name,
                 name=name,
+                namespace=robot or given['namespace'],
                 parameters=[*map(str, launch.parameters)],
+                remappings=launch.remappings,
                 on_exit=_on_exit,
             )
-            for package, name in launch.nodes
+            for package, name, robot in launch.nodes
         ),
-        *_driver(launch, own),
+        *_driver(launch, own, given['namespace']),
         own(
             package='khr_bringup',
-            executable='verdict',
-            arguments=_for_verdict(launch, given['expect']),
+            executable=launch.verdict[0],
+            namespace=given['namespace'],
+            arguments=[*launch.verdict[1:]],
             on_exit=_on_verdict,
         ),
-        *([_state_publisher(given['namespace'])] if state_publisher else []),
+        *(
+            _state_publisher(robot or given['namespace'], launch)
+            for robot in launch.robots.scenarios
+            if state_publisher
+        ),
         *([_rviz(given['namespace'])] if launch.rviz else []),
     ]
 
@@ -69,16 +80,26 @@ def _launched(context: LaunchContext) -> list[Action]:
 OWN = [(f'/{topic}', topic) for topic in ('clock', 'tf', 'tf_static')]
 
 
-def _state_publisher(namespace: str) -> Node:
+def _state_publisher(namespace: str, launch: Launch) -> Node:
     """Return the node that publishes the joints' frames in a full ROS 2."""
     description = ParameterValue(Robot.load().urdf, value_type=str)
+    shared = launch.remappings
     return Node(
         package='robot_state_publisher',
         executable='robot_state_publisher',
         namespace=namespace,
-        parameters=[{'robot_description': description, 'use_sim_time': True}],
+        parameters=[
+            {
+                'robot_description': description,
+                'use_sim_time': True,
+                'frame_prefix': f'{namespace}/' if shared else '',
+            }
+        ],
         # The simulator publishes the description already.
-        remappings=[*OWN, ('robot_description', 'robot_state_publisher/robot_description')],
+        remappings=[
+            *([] if shared else OWN),
+            ('robot_description', 'robot_state_publisher/robot_description'),
+        ],
     )
 
 
@@ -94,7 +115,7 @@ def _rviz(namespace: str) -> Node:
     )
 
 
-def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
+def _driver(launch: Launch, own: Callable[..., Node], namespace: str) -> list[Node]:
     """Return the process of a foreign driver that replaces the simulator, if one is given."""
     driver = launch.scenario.driver
     if driver is None or driver.path is None:
@@ -103,23 +124,13 @@ def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
         own(
             package=driver.package,
             executable=driver.name,
+            namespace=namespace,
             parameters=[
                 launch.wiring.driver_parameters(launch.scenario),
                 *([str(launch.driver_parameters)] if launch.driver_parameters else []),
             ],
             on_exit=_on_drivers_exit,
         )
-    ]
-
-
-def _for_verdict(launch: Launch, expect: str) -> list[str]:
-    driver = launch.scenario.driver
-    expected = ['--expect', expect] if expect else []
-    expected += ['--driver', driver.label] if driver else []
-    return [
-        str(launch.parameters[0]),
-        *('--name', launch.scenario.name, '--out', str(launch.folder)),
-        *expected,
     ]
 
 

@@ -80,7 +80,7 @@ class _Rounds:
             scenario_file=self._folder / SCENARIO,
         )
         self._before += results[0].time
-        return _round(dict(zip(robots.scenarios, results, strict=True)), number)
+        return round_of(dict(zip(robots.scenarios, results, strict=True)), number)
 
     def _show(self, progress: Progress) -> None:
         self._callbacks.progress(replace(progress, time=self._before + progress.time))
@@ -92,7 +92,13 @@ def robots_of(bout: Bout, number: int) -> Robots:
     return Robots(in_round.robots, in_round.to_yaml(), bout.places)
 
 
-def _round(results: Mapping[str, Result], number: int) -> Round:
+def round_of(results: Mapping[str, Result], number: int) -> Round:
+    """Return a round, from 0, of the results of its robots.
+
+    Raises:
+        RunError: if a process failed, or the referee did not decide it.
+        KeyboardInterrupt: if it was interrupted.
+    """
     first = results[RED]
     if first.failure:
         raise RunError(f'round {number + 1}: {first.failure}')

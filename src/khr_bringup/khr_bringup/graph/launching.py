@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
 
-from khr_bringup.code_version import as_run
 from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import spec_of
@@ -51,13 +50,27 @@ SHORT = ('duration', 'sync', 'realtime_factor', 'seed')
 class Launch:
     """A launch that is ready to start."""
 
-    scenario: Scenario  # of the run
+    name: str  # of the scenario or bout
+    robots: Robots  # of the run
     wiring: Wiring  # of the run
     folder: Path  # of the run
     parameters: tuple[Path, ...]  # the parameter files of all nodes
-    nodes: tuple[tuple[str, str], ...]  # package and name of each
+    nodes: tuple[tuple[str, str, str], ...]  # package, name and robot of each
     rviz: bool  # whether to show the robot
-    driver_parameters: Path | None  # a parameter file for the driver, if one is given
+    verdict: tuple[str, ...]  # the executable that waits for the end, and its arguments
+    driver_parameters: Path | None = None  # a parameter file for the driver, if one is given
+
+    @property
+    def scenario(self) -> Scenario:
+        """Return the scenario of the run, of a bout that of its first robot."""
+        return self.robots.first
+
+    @property
+    def remappings(self) -> list[tuple[str, str]]:
+        """Return the names of topics that robots of one world share."""
+        return [
+            (old, new) for old, _, new in (rule.partition(':=') for rule in self.robots.remaps)
+        ]
 
 
 def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
@@ -67,10 +80,10 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
         given: the launch file's arguments.
         joints: whether the node ``transforms`` is to publish the joints' frames.
     """
-    record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
+    record, rviz = (switch(name, given[name]) for name in ('record', 'rviz'))
     short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]
     scenario = scenarios.load_scenario(given['scenario']).set_to(
-        _split_changes(given['set']), scenarios.changes_of(short)
+        split_changes(given['set']), scenarios.changes_of(short)
     )
     scenario = with_driver(scenario, given['driver'], given['board'])
     driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
@@ -78,11 +91,33 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
     out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
     folder = claim(Path(out).absolute(), 'out')
     robots = Robots.alone(scenario)
-    nodes = tuple((spec_of(each.node).package, each.node) for each in robots.members(record))
     wiring = Wiring.derive(robots, folder, record, joint_frames=joints)
     parameters = folder / SCENARIO, wiring.write(folder)
-    write_text(parameters[0], as_run(scenario))
-    return Launch(scenario, wiring, folder, parameters, nodes, rviz, driver_parameters)
+    write_text(parameters[0], robots.text)
+    driven = ('--driver', scenario.driver.label) if scenario.driver else ()
+    expected = ('--expect', given['expect']) if given['expect'] else ()
+    verdict = (
+        *('verdict', str(parameters[0]), '--name', scenario.name, '--out', str(folder)),
+        *(*expected, *driven),
+    )
+    return Launch(
+        scenario.name,
+        robots,
+        wiring,
+        folder,
+        parameters,
+        nodes_of(robots, record),
+        rviz,
+        verdict,
+        driver_parameters,
+    )
+
+
+def nodes_of(robots: Robots, record: bool) -> tuple[tuple[str, str, str], ...]:
+    """Return package, name and robot of each node."""
+    return tuple(
+        (spec_of(each.node).package, each.node, each.robot) for each in robots.members(record)
+    )
 
 
 def with_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:
@@ -145,12 +180,13 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
     return [name for name in asked if name not in ARGUMENTS]
 
 
-def _switch(name: str, text: str) -> bool:
+def switch(name: str, text: str) -> bool:
+    """Read an argument that is true or false."""
     if text.lower() not in ('true', 'false'):
         raise KhrError(f'{name}: {text!r} is not accepted; accepted: true | false')
     return text.lower() == 'true'
 
 
-def _split_changes(text: str) -> list[str]:
+def split_changes(text: str) -> list[str]:
     """Split a list of changes at its commas; a value may contain commas."""
-    return [part for part in re.split(r',(?=\s*\w+\.\w+=)', text) if part.strip()]
+    return [part for part in re.split(r',(?=\s*[\w.]+\.\w+=)', text) if part.strip()]

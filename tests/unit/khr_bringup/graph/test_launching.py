@@ -15,7 +15,7 @@ DEFAULTS = {name: default for name, (default, _) in ARGUMENTS.items()}
 def test_a_launch_lasts_as_long_as_the_motion(tmp_path):
     launch = prepare_launch({**DEFAULTS, 'out': str(tmp_path / 'run')})
     assert launch.folder == tmp_path / 'run'
-    assert {name for _, name in launch.nodes} >= {'simulator', 'gait', 'recorder', 'monitor'}
+    assert {name for _, name, _ in launch.nodes} >= {'simulator', 'gait', 'recorder', 'monitor'}
     assert launch.wiring.values['simulator']['duration'] > 5.0
     assert 'recorder' in launch.wiring.listeners
     assert all(file.exists() for file in launch.parameters)
@@ -35,8 +35,8 @@ def test_arguments_reach_the_nodes(tmp_path):
     }
     launch = prepare_launch({**DEFAULTS, **given})
     assert (launch.scenario.name, launch.rviz) == ('stand_0deg', False)
-    assert 'recorder' not in {name for _, name in launch.nodes}
-    assert 'hip_controller' in {name for _, name in launch.nodes}
+    assert 'recorder' not in {name for _, name, _ in launch.nodes}
+    assert 'hip_controller' in {name for _, name, _ in launch.nodes}
     document = yaml.safe_load(launch.parameters[0].read_text())
     simulator = document['/**/simulator']['ros__parameters']
     assert simulator['duration'] == 3.0
@@ -75,7 +75,7 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
     given = {'scenario': 'stand_0deg', 'driver': PENDULUM, 'out': str(tmp_path / 'run')}
     launch = prepare_launch({**DEFAULTS, **given})
     assert launch.scenario.driver.path == tmp_path / 'lib' / PENDULUM
-    names = {name for _, name in launch.nodes}
+    names = {name for _, name, _ in launch.nodes}
     assert 'run_phase' in names
     assert not names & {'simulator', 'gyro', 'foot_force'}
 
@@ -93,8 +93,8 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
         'out': str(tmp_path / 'run'),
     }
     launch = prepare_launch({**DEFAULTS, **given})
-    assert ('khr_hardware', 'board') in launch.nodes
-    assert not {name for _, name in launch.nodes} & {'simulator', 'gyro', 'ankle_controller'}
+    assert ('khr_hardware', 'board', '') in launch.nodes
+    assert not {name for _, name, _ in launch.nodes} & {'simulator', 'gyro', 'ankle_controller'}
     board = yaml.safe_load(launch.parameters[0].read_text())['/**/board']['ros__parameters']
     assert (board['port'], board['ankle_ratio']) == ('/dev/ttyUSB7', 12)
     assert launch.wiring.values['board']['answers'] == ['gait']

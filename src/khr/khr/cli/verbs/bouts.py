@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from khr.cli.ros2_command import ros2_command
 from khr.cli.run import NETWORK
 from khr.cli.summary import print_line
 from khr.cli.verbs.options import (
@@ -17,6 +18,7 @@ from khr.cli.verbs.options import (
     OfflineOption,
     OutOption,
     OwnEngineOption,
+    PrintRos2Option,
     ProcessesChoice,
     RecordOption,
     SetOption,
@@ -47,6 +49,7 @@ def start_bout(
     out: OutOption = None,
     domain: DomainOption = None,
     network: NetworkOption = False,
+    print_ros2: PrintRos2Option = False,
 ) -> None:
     """Let two robots fight in one world; keep the bag and trajectory hash of each round."""
     console = Console(stderr=True)
@@ -60,6 +63,10 @@ def start_bout(
     settings = [*(set_ or []), *([f'simulator.engine={engine}'] if engine else [])]
     chosen = load_bout(bout)
     chosen = chosen.set_to(settings) if settings else chosen
+    if print_ros2:
+        arguments = {'record': '' if record else 'false', 'out': str(out or '')}
+        print(ros2_command(bout, settings, {}, arguments))
+        return
     bar = ProgressBar(
         total=chosen.rules.rounds * chosen.rules.time_limit, unit='s', console=console
     )

@@ -47,6 +47,12 @@ ProcessesChoice = Annotated[
 NetworkOption = Annotated[
     bool, typer.Option('--network', help='Let other machines join the graph; off by default.')
 ]
+PrintRos2Option = Annotated[
+    bool,
+    typer.Option(
+        '--print-ros2', help='Print the ros2 command that starts the same graph; start nothing.'
+    ),
+]
 RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
 OutOption = Annotated[
     Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")

@@ -17,6 +17,7 @@ from khr.cli.verbs.options import (
     NetworkOption,
     OutOption,
     OwnEngineOption,
+    PrintRos2Option,
     ProcessesChoice,
     RecordOption,
     RobotOption,
@@ -84,13 +85,7 @@ def start_run(
         ),
     ] = '',
     driver_params: Annotated[str, typer.Option(help='A parameter file for the driver.')] = '',
-    print_ros2: Annotated[
-        bool,
-        typer.Option(
-            '--print-ros2',
-            help='Print the ros2 command that starts the same graph; start nothing.',
-        ),
-    ] = False,
+    print_ros2: PrintRos2Option = False,
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
