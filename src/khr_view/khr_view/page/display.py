@@ -49,6 +49,8 @@ VIEWS = {
     'From above': (-0.02, 0.0, 0.8),
     'Default view': (0.45, -0.75, 0.18),
 }
+# More from the front: the robot that is ahead hides the other one less.
+OF_TWO = (0.75, -0.5, 0.2)
 BACKWARD = 1.0  # share by which the camera is further away for each m between two robots
 SAVE = (
     '<div class="khr-save">'
@@ -220,7 +222,8 @@ class Display:
         """Have a camera show all robots."""
         middle = np.add(TARGET, (0.0, self._between / 2.0, 0.0))
         away = self._away + BACKWARD * abs(self._between)
-        camera.position = tuple((middle + np.multiply(VIEWS[name], away)).tolist())
+        view = OF_TWO if self._between and name == 'Default view' else VIEWS[name]
+        camera.position = tuple((middle + np.multiply(view, away)).tolist())
         camera.look_at = tuple(middle.tolist())
 
     def _see_through(self, through: bool) -> None:
