@@ -35,5 +35,8 @@ setup(
         'rich',
         'typer',
     ],
-    extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
+    extras_require={
+        'pettingzoo': ['pettingzoo'],
+        'test': ['hypothesis', 'pytest', 'pytest-timeout'],
+    },
 )

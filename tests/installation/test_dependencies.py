@@ -59,7 +59,7 @@ ROSDEP_KEYS = {  # in rosdep/python.yaml of rosdistro
 }
 OF_LAUNCH = {'robot_state_publisher', 'ros2launch'}  # what a launch file needs, imported or not
 WINDOWS = {'khr_description': {'joint_state_publisher_gui', 'rviz2'}}  # of its launch file
-OPTIONAL = {'mujoco'}  # an extra of pip's, imported if it is asked for
+OPTIONAL = {'mujoco', 'pettingzoo'}  # extras of pip's, imported if they are asked for
 
 
 def imported(folder):

@@ -1,4 +1,4 @@
-"""The turns on the spot of ``config/motions``: by how much, and how far the robot leaves its place."""
+"""The turns on the spot: by how much, and how far the robot leaves its place."""
 
 from math import atan2, degrees, hypot
 

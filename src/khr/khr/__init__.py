@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from khr.bout_environment import BoutEnv, bout_env
     from khr.environment import BalanceEnv, env
     from khr.runs import RunResult, load, run, scenarios
     from khr.searches import critical, tune
@@ -24,8 +25,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     'BalanceEnv',
+    'BoutEnv',
     'KhrError',
     'RunResult',
+    'bout_env',
     'critical',
     'env',
     'load',
@@ -37,6 +40,7 @@ __all__ = [
     'tune',
 ]
 _HOMES = {
+    'khr.bout_environment': ('BoutEnv', 'bout_env'),
     'khr.environment': ('BalanceEnv', 'env'),
     'khr.runs': ('RunResult', 'load', 'run', 'scenarios'),
     'khr.searches': ('critical', 'tune'),

@@ -8,43 +8,28 @@ Importing this module registers :data:`ENVIRONMENTS`; Gymnasium imports it by it
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
-from math import cos, isfinite, nan, pi, radians, sin, tau
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
+from khr.agent import LARGEST_SEED, OBSERVED, Agent, Observation, action_space, observation_space
 from khr.arguments import ScenarioLike, checked
 from khr.runs import changes_of, prepared
-from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.offline import ControlLoop, duration
+from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
-from khr_description.robot import JOINTS
 from khr_report.film.scene import Look, PosedScene
-from khr_sim.plant import Plant, mix
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import read_ensemble
 
 # ID and default scenario; any other one: gymnasium.make(ID, scenario=NAME).
 ENVIRONMENTS = {'khr/Balance-v0': 'stand_0deg', 'khr/Walk-v0': 'walk_7.68deg_ka12'}
-ACTION_SCALE = radians(15.0)  # rad, of an action of 1
-GYRO_RANGE, FORCE_RANGE = 35.0, 150.0  # rad/s and N: ten times the robot's weight
-REGIONS = ('l_toe', 'l_heel', 'r_toe', 'r_heel')
-OBSERVED = {  # name and bound of each value observed
-    **{f'gyro_{axis}': GYRO_RANGE for axis in ('roll', 'pitch', 'yaw')},
-    **{f'force_{region}': FORCE_RANGE for region in REGIONS},
-    **{f'angle_{joint}': pi for joint in JOINTS},
-    **{f'correction_{joints}': 1.0 for joints in ('ankle', 'hip')},
-    **{f'phase_{part}': 1.0 for part in ('sine', 'cosine')},
-}
 CONTROLLERS = ('ankle_controller', 'hip_controller')
-CORRECTIONS = (ANKLE_CORRECTION, HIP_CORRECTION)
 # Reward per second of each term; the effort is the sum of the squared actions.
 WEIGHTS = {'alive': 1.0, 'pitch_rate': -0.02, 'effort': -0.05}
 OPTIONS = {  # of a reset, and the parameter that each sets
@@ -53,9 +38,6 @@ OPTIONS = {  # of a reset, and the parameter that each sets
     'push': 'simulator.pushes',
     'seed': 'simulator.seed',
 }
-LARGEST_SEED = 2**31
-
-Observation = NDArray[np.float32]
 
 
 class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
@@ -131,9 +113,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             | ({('simulator', 'gui'): True} if render_mode == 'human' else {})
         )
         self.scenario = self._base
-        self._most = np.array(list(OBSERVED.values()), dtype=np.float32)
-        self.observation_space = spaces.Box(-self._most, self._most)
-        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.observation_space, self.action_space = observation_space(), action_space()
         self._plant: Plant | None = None
         self._scene: PosedScene | None = None
 
@@ -162,16 +142,13 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         drawn = seed if seed is not None else int(self.np_random.integers(LARGEST_SEED))
         given.setdefault('seed', drawn)
         self._begin(self._base.changed(self._changes(given)))
-        self._action = [0.0, 0.0]
-        self._loop = ControlLoop(self.scenario)
-        gait = self.scenario.table(GaitParameters)
-        self._turn = tau / gait.cycle_period if gait.cyclic else 0.0
+        self._agent = Agent(self.scenario)
         assert self._plant is not None
         period = self._plant.parameters[0].control_period
         self._worth = [weight * period for weight in self.weights.values()]
-        (self._truth,) = self._plant.start([self._loop.reference(0.0)])
-        self._loop.observe(self._truth)
-        return self._observation(), self._info()
+        (self._truth,) = self._plant.start([self._agent.loop.reference(0.0)])
+        self._agent.loop.observe(self._truth)
+        return self._agent.observation(self._truth), self._info()
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advance one control period.
@@ -184,14 +161,9 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         """
         if self._plant is None:
             raise KhrError('step: no episode; accepted: after reset()')
-        self._action = clipped(action)
-        corrections = [
-            dict.fromkeys(topic.names, ACTION_SCALE * share)
-            for topic, share in zip(CORRECTIONS, self._action, strict=True)
-        ]
-        self._plant.answer([mix(self._loop.signals[JOINT_REFERENCE], corrections)])
+        self._plant.answer([self._agent.act(action)])
         (self._truth,) = self._plant.advance()
-        outcome = self._loop.observe(self._truth)
+        outcome = self._agent.loop.observe(self._truth)
         end = self._plant.end
         lost = not outcome.stayed_up or end == 'tilted'
         terms = self._reward(lost)
@@ -203,9 +175,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
                 'stayed_up': outcome.stayed_up,
                 'outcome': outcome,
             }
-        return (
-            self._observation(), sum(terms.values()), lost, bool(end) and not lost, info
-        )  # fmt: skip
+        cut = bool(end) and not lost
+        return self._agent.observation(self._truth), sum(terms.values()), lost, cut, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture of the robot, (480, 640, 3), in the mode ``rgb_array``.
@@ -263,41 +234,18 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             self._plant.close()
         self._plant = Plant([parameters])
 
-    def _observation(self) -> Observation:
-        turned = self._turn * self._truth.stamp_ns * 1e-9
-        values = [
-            *self._loop.signals[GYRO],
-            *self._loop.forces,
-            *self._truth.joint_position.tolist(),
-            *self._action,
-            sin(turned),
-            cos(turned),
-        ]
-        return np.minimum(np.maximum(np.array(values, np.float32), -self._most), self._most)
-
     def _reward(self, lost: bool) -> dict[str, float]:
         """Return the reward terms of the last control period, by their names in ``info``."""
-        ankle, hip = self._action
+        ankle, hip = self._agent.action
         alive, turning, effort = self._worth  # of a control period
         return {
             'reward_alive': 0.0 if lost else alive,
-            'reward_pitch_rate': turning * self._loop.pitch_rate**2,
+            'reward_pitch_rate': turning * self._agent.loop.pitch_rate**2,
             'reward_effort': effort * (ankle * ankle + hip * hip),
         }
 
     def _info(self) -> dict[str, Any]:
         return {'time': self._truth.stamp_ns / 1e9}
-
-
-def clipped(action: Sequence[float] | Observation) -> list[float]:
-    """Return an action within the action space."""
-    try:
-        ankle, hip = (float(share) for share in action)
-    except (TypeError, ValueError):
-        ankle = hip = nan
-    if not (isfinite(ankle) and isfinite(hip)):
-        raise KhrError(f'action: {action!r:.80} is not accepted; accepted: 2 finite numbers')
-    return [max(-1.0, min(1.0, share)) for share in (ankle, hip)]
 
 
 @checked
