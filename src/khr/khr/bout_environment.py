@@ -44,7 +44,7 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
     The agents are ``red`` and ``blue``; observation and action of each are those of
     :class:`khr.BalanceEnv`. A step is one control period of 15 ms. The motions go on as planned;
     the controllers of the bout are turned off. With actions of zero an episode is the round of
-    that bout without control, bit for bit (:attr:`trajectory_hash`).
+    that bout without control, bit for bit to its decision (:attr:`trajectory_hash`).
 
     The referee ends an episode. Reward: 1 for the winner and -1 for the loser at the end,
     otherwise 0. An episode is terminated by a robot that is down or out of the ring, and truncated
