@@ -60,6 +60,7 @@ SAVE = (
     '</div>'
 )
 SAVE_SPECTRUM = '<a href="khr/{file}" download="{file}">Spectrum{number} as CSV</a>'
+NONE_YET = '<tr><td colspan="6">none yet: a run is listed once it has ended</td></tr>'
 LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the browser waits for
 
 
@@ -287,7 +288,7 @@ class Display:
             body += f'<tr data-khr-attempt="{number}"{mark}>{texts}</tr>'
         self._attempts.content = (
             '<div class="khr"><b>Attempts</b>: click to show one in grey</div>'
-            f'<div class="khr khr-attempts"><table><tr>{head}</tr>{body}</table></div>'
+            f'<div class="khr khr-attempts"><table><tr>{head}</tr>{body or NONE_YET}</table></div>'
         )
 
     def _on_attempt(self, choose: Callable[[int], object], number: int) -> str:
