@@ -89,10 +89,17 @@ def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):
     assert not together and len(alone) == 1
 
 
-def test_a_bout_that_is_not_recorded_has_no_page():
-    ended = khr('view', 'shove')
+@pytest.mark.parametrize(
+    ('arguments', 'says'),
+    [
+        (['view', 'shove', '--duration', '5'], '--duration: 5.0 is not accepted of a bout'),
+        (['bout', 'shove', '--offline', '--view'], '--view: not with --offline'),
+    ],
+)
+def test_what_a_bout_does_not_have_is_refused(arguments, says):
+    ended = khr(*arguments)
     assert (ended.code, ended.err.count('\n')) == (2, 1)
-    assert 'a bout has no live page' in ended.err
+    assert says in ended.err
 
 
 def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):

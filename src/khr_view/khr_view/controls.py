@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
-from dataclasses import dataclass
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -26,11 +26,17 @@ class Tunable:
     label: str  # on the page
     step: float = 0.1  # of its slider
     most: float = float('inf')  # end of the slider, if below the largest accepted value
+    robot: str = ''  # in a bout, that has the node; the simulator has none
+
+    @property
+    def place(self) -> str:
+        """Return the node with the namespace of its robot."""
+        return f'{self.robot}/{self.node}' if self.robot else self.node
 
     @property
     def key(self) -> tuple[str, str]:
-        """Return node and parameter."""
-        return self.node, self.name
+        """Return node, with its robot, and parameter."""
+        return self.place, self.name
 
 
 SYMBOLS = {'ankle': ' K_A', 'hip': ' K_H'}  # of the gains that have one
@@ -71,6 +77,28 @@ def tunables() -> tuple[Tunable, ...]:
         )
         found += [each for each in of_controller if each.name in known]
     return (*found, *_OF_SIMULATOR)
+
+
+def tunables_of(robots: Sequence[str]) -> tuple[Tunable, ...]:
+    """Return all parameters of the page, those of the simulator once.
+
+    Args:
+        robots: names of the robots of a bout; an empty one of one robot alone.
+    """
+    every = (*tunables(), *WATCHED)
+    return tuple(
+        dict.fromkeys(
+            each if each.node == 'simulator' or not robot else of_robot(each, robot)
+            for robot in robots
+            for each in every
+        )
+    )
+
+
+def of_robot(tunable: Tunable, robot: str) -> Tunable:
+    """Return the parameter of one robot of a bout, in a group of its own."""
+    group = tunable.group and f'{tunable.group}, {robot}'
+    return replace(tunable, robot=robot, group=group)
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,11 @@ from khr_view.charts.traces import shade
 from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
 from khr_view.model.restart import PAUSE
+from khr_view.model.status import side_by_side
 
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
 SIDE = 0.36  # m between two robots
-DISTANCE = 1.4  # of the camera from two robots of a bout, over that from one
 ENDED = 'its recording has ended'
 
 
@@ -138,7 +138,7 @@ def play(
         KhrError: if a run cannot be read or the page not be served.
     """
     from khr_view.page.charts import NO_SPECTRUM
-    from khr_view.page.display import Display, Note
+    from khr_view.page.display import BOUT_AWAY, Display, Note
     from khr_view.page.playback_panel import PlaybackPanel
 
     runs, together = timelines(paths, namespace)
@@ -148,7 +148,7 @@ def play(
     player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
     played = PlayedRuns(runs, (RED, BLUE)) if together else PlayedRuns(runs)
     names = [run.name for run in runs] if len(runs) > 1 else ['']
-    away = DISTANCE if together else 1.0
+    away = BOUT_AWAY if together else 1.0
     display = Display(guard(), played.charts, names, away=away)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         aside = 0.0 if together else -number * SIDE
@@ -197,9 +197,3 @@ def timelines(paths: Sequence[Path], namespace: str = '') -> tuple[list[Timeline
     if len(robots) == 2:
         return [Timeline(paths[0], robot, robot) for robot in robots], True
     return [Timeline(path, namespace) for path in paths], False
-
-
-def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
-    """Return rows of a name and its value in each column; missing values are empty."""
-    names = dict.fromkeys(name for column in columns for name in column)
-    return [(name, *(column.get(name, '') for column in columns)) for name in names]

@@ -54,7 +54,10 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
 
 @contextmanager
 def live_page(
-    viewing: Viewing | None, report: Report, session: Session | None = None
+    viewing: Viewing | None,
+    report: Report,
+    session: Session | None = None,
+    robots: Sequence[str] = ('',),
 ) -> Iterator[Observed]:
     """Open the page of live runs, if there is to be one; yield the observer of a run.
 
@@ -64,6 +67,7 @@ def live_page(
         viewing: how the page is shown; None for no page.
         report: prints a line.
         session: of the runs.
+        robots: names of the robots of a bout; an empty one of one robot alone.
     """
     if viewing is None:
         yield nullcontext
@@ -76,7 +80,7 @@ def live_page(
         from khr_view.live_page import LivePage  # viser takes long to load
 
         if not made:
-            made.append(LivePage(guard, session, viewing.again))
+            made.append(LivePage(guard, session, viewing.again, robots))
         resolve_name(OBSERVE)(made[0], stop)
 
     try:

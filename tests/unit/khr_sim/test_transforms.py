@@ -1,5 +1,8 @@
 """The transforms of a robot put its links where its kinematics do."""
 
+from functools import partial
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,9 +10,10 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from khr_common import cdr
-from khr_common.interfaces import BODY, JOINTS, WORLD
+from khr_common.interfaces import BODY, JOINTS, WORLD, frame_of
 from khr_common.maths.rotation import matrix
 from khr_description.robot import Robot
+from khr_sim.nodes.transforms import TransformsNode
 from khr_sim.transforms import JointTree
 
 ROBOT = Robot.load()
@@ -64,3 +68,14 @@ def test_the_torso_is_in_the_world():
     (only,) = STORE.deserialize_cdr(sent, 'tf2_msgs/msg/TFMessage').transforms
     assert (only.header.frame_id, only.child_frame_id) == ('odom', 'base_link')
     assert only.transform.translation.y == 2.0
+
+
+def test_frames_of_robots_that_share_tf_begin_with_the_robot_but_odom_is_common():
+    red = SimpleNamespace(frame=partial(frame_of, 'red'))
+    frames = ((WORLD, BODY), (BODY, 'l_foot'))
+    sent = TransformsNode._template(red, frames).filled(0, (0.0,) * 14)
+    message = STORE.deserialize_cdr(sent, 'tf2_msgs/msg/TFMessage')
+    assert [(each.header.frame_id, each.child_frame_id) for each in message.transforms] == [
+        ('odom', 'red/base_link'),
+        ('red/base_link', 'red/l_foot'),
+    ]

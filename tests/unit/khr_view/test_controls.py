@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from khr_bringup.node_registry import table_of
 from khr_common.nodes.ros_parameters import describe
 from khr_common.parameters import specifications
-from khr_view.controls import WATCHED, PendingChanges, Tunable, control, tunables
+from khr_view.controls import WATCHED, PendingChanges, Tunable, control, tunables, tunables_of
 
 
 @pytest.mark.parametrize('tunable', tunables(), ids=lambda each: f'{each.node}.{each.name}')
@@ -79,3 +79,13 @@ def test_the_newest_value_always_arrives_and_one_request_is_under_way_at_a_time(
             pending.ask(key, step)
     assert arrived == asked
     assert key not in pending
+
+
+def test_robots_of_a_bout_have_controllers_apart_and_one_simulator():
+    assert tunables_of(['']) == (*tunables(), *WATCHED)
+    found = tunables_of(['red', 'blue'])
+    assert len({each.key for each in found}) == len(found)
+    gains = [each for each in found if each.key[1] == 'gain' and each.node == 'ankle_controller']
+    assert [each.key[0] for each in gains] == ['red/ankle_controller', 'blue/ankle_controller']
+    assert [each.group for each in gains] == ['Feedback, red', 'Feedback, blue']
+    assert [each.key[0] for each in found if each.name == 'pace'] == ['simulator']

@@ -81,7 +81,7 @@ def view_scenario(scenario: Scenario, options: Options) -> int:
             switch=session.switch,
         )
         for number in count(1):
-            out = options.out if number == 1 else _numbered(options.out, number)
+            out = options.out if number == 1 else numbered(options.out, number)
             attempt = replace(options, out=out)
             code = _run(
                 session.scenario, attempt, Expectation(), console, callbacks, entry, session
@@ -91,7 +91,8 @@ def view_scenario(scenario: Scenario, options: Options) -> int:
     return 0
 
 
-def _numbered(out: Path | None, number: int) -> Path | None:
+def numbered(out: Path | None, number: int) -> Path | None:
+    """Return the folder of another run beside the first."""
     return out and out.with_name(f'{out.name}-{number}')
 
 

@@ -81,19 +81,9 @@ def bag_of_round(folder: Path, number: int) -> Path:
 
 
 def played(source: Path) -> Path:
-    """Return the folder of the first round if a source is the folder of a bout, else the source.
-
-    Raises:
-        KhrError: if the source is a bout that has not been recorded.
-    """
-    if not is_bout(str(source)):
-        return source
-    if not source.is_dir():
-        raise KhrError(
-            f'{source}: a bout has no live page; accepted: the folder of one, or of one of its '
-            'rounds'
-        )
-    return folder_of_round(source, 0)
+    """Return the folder of the first round if a source is the folder of a bout, else the source."""
+    recorded = source.is_dir() and is_bout(str(source))
+    return folder_of_round(source, 0) if recorded else source
 
 
 def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
@@ -146,7 +136,7 @@ def verify_bout(folder: Path, show: Show = lambda _: None) -> int:
             if (number, robot) in sides:
                 sides[number, robot].take(truths[robot], loop)
 
-    influences = _influences(bout, folder, len(ended['rounds']))
+    influences = influences_on(bout, folder, len(ended['rounds']))
     for (number, robot), each in influences.items():
         if any(each):
             print(f'round {number + 1}:')
@@ -183,7 +173,7 @@ def _recorded_sides(folder: Path, rounds: int) -> dict[tuple[int, str], SideBySi
     return found
 
 
-def _influences(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str], Influences]:
+def influences_on(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str], Influences]:
     """Return what the bags of a bout say came from outside, by round from 0 and robot.
 
     Changes of the simulator, which is at the root, are those of both robots.

@@ -66,7 +66,8 @@ class Watcher(Node):  # type: ignore[misc]
                 (OUTCOME, view.take_outcome),
                 (READY, view.take_ready),
             ):
-                self._follow(space, topic, partial(take, run=run), LATCHED_FROM_ALL)
+                if space or topic != OUTCOME or not referee:  # robots of a bout have outcomes
+                    self._follow(space, topic, partial(take, run=run), LATCHED_FROM_ALL)
             self._follow(space, DIAGNOSTICS, view.take_diagnostics, DATA)
         if referee:
             self._follow(

@@ -15,8 +15,8 @@ from PIL import Image, ImageChops, ImageDraw, ImageFont
 from khr_analysis.outcome import Outcome
 from khr_analysis.referee import DRAW, RED, ROBOTS
 from khr_bringup.bout.bout import Bout, load_bout
-from khr_bringup.bout.fight import BoutResult, run_bout
-from khr_bringup.bout.recorded import recorded_bout
+from khr_bringup.bout.fight import BoutResult, Influences, run_bout
+from khr_bringup.bout.recorded import influences_on, recorded_bout
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.control_text import control_of
 from khr_common import RunError
@@ -67,9 +67,11 @@ def render_bout(
     """
     look = replace(look_of(*size), yaw=pi / 2.0, pitch=PITCH)
     folder, hashes = Path(name), None
+    influences: Mapping[tuple[int, str], Influences] = {}
     if folder.is_dir():
         bout, ended = recorded_bout(folder)
         hashes = [each['trajectory_hash'] for each in ended['rounds']]
+        influences = influences_on(bout, folder, len(hashes))
     else:
         bout = load_bout(name)
     within(bout.rules.rounds * bout.rules.time_limit, still, part)
@@ -88,7 +90,7 @@ def render_bout(
         kept.append(Frame(time, number, dict(truths), outcomes))
         shown(time)
 
-    result = run_bout(bout, keep)
+    result = run_bout(bout, keep, influences)
     if hashes is not None and hashes != [each.trajectory_hash for each in result.rounds]:
         raise RunError(f'{name}: the bout did not repeat; was it made with other versions?')
     last = kept[-1].time + ENDING

@@ -41,7 +41,7 @@ class LiveRun:
 
     def learn(self, tunable: Tunable, value: Any) -> None:
         """Take the value that a parameter has."""
-        self._known[tunable.key] = value
+        self._known[tunable.node, tunable.name] = value
         self._tables.pop(tunable.node, None)
         if tunable.node == GAIT:
             self._motion = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, nan
 
@@ -87,3 +87,9 @@ class Status:
 
 def _number(value: float, decimals: int, unit: str) -> str:
     return f'{value:.{decimals}f} {unit}' if isfinite(value) else '-'
+
+
+def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
+    """Return rows of a name and its value in each column; missing values are empty."""
+    names = dict.fromkeys(name for column in columns for name in column)
+    return [(name, *(column.get(name, '') for column in columns)) for name in names]

@@ -26,14 +26,17 @@ class LatestMessages:
         node: of the run and namespace.
         topics: to subscribe to.
         depth: messages of each topic that are kept.
+        robot: of a bout, that has the topics.
     """
 
-    def __init__(self, node: KhrNode, topics: Sequence[Topic], depth: int) -> None:
+    def __init__(
+        self, node: KhrNode, topics: Sequence[Topic], depth: int, robot: str = ''
+    ) -> None:
         self._run = node.run
         # Its name begins with an underscore: ROS 2 tools do not list it.
         self._node: Node = rclpy.create_node(
             f'_{node.get_name()}_poll',
-            namespace=node.get_namespace(),
+            namespace=robot or node.get_namespace(),
             context=node.context,
             start_parameter_services=False,
             enable_rosout=False,

@@ -5,48 +5,38 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
-from geometry_msgs.msg import WrenchStamped
+from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import String
 
+from khr_analysis.referee import DRAW
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
-from khr_common.interfaces import (
-    JOINT_STATES,
-    PUSH,
-    PUSHED,
-    ROBOT_DESCRIPTION,
-    STAGE,
-    TRUE_POSE,
-    WORLD,
-)
+from khr_common.interfaces import DECISION, JOINT_STATES, PUSHED, ROBOT_DESCRIPTION, TRUE_POSE
 from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import KEY, check_run
+from khr_common.text.quoting import one_line
 from khr_description.robot import Robot
-from khr_view.charts.charts import BALANCE, CONSTANT, polled_topics
-from khr_view.charts.traces import Traces
-from khr_view.controls import WATCHED, Control, Tunable, Value, tunables
+from khr_view.controls import Control, Tunable, Value, tunables_of
 from khr_view.guard import listen
 from khr_view.live_page import LivePage
 from khr_view.model.attempts import HEADS, heading
-from khr_view.model.live_run import LiveRun
-from khr_view.model.live_scene import LiveScene
 from khr_view.model.restart import EndAction, RestartTimer
-from khr_view.model.snapshot import NEEDED
-from khr_view.nodes.latest_messages import LatestMessages
-from khr_view.nodes.reports import Reports
+from khr_view.model.status import side_by_side
 from khr_view.nodes.run_client import RunClient
+from khr_view.nodes.seen_robot import SeenRobot
 from khr_view.page.display import Note
 from khr_view.session import Session
 
-DEPTH = 64  # messages of a topic between two frames: 10 times real time at 30 frames/s
 CHARTS_EVERY, STATUS_EVERY = 3, 6  # frames
 DISCOVER_EVERY = 30  # frames between checks for new nodes
 NO_TRUTH = 'the driver does not know the pose: drawn upright, on level ground'
 
 
 class PageNode(KhrNode):
-    """Show robot, signals and spectrum of one run; pass on the reader's actions.
+    """Show the robots, signals and spectra of one run; pass on the reader's actions.
 
     Args:
         spec: of the node.
@@ -63,29 +53,29 @@ class PageNode(KhrNode):
             print(f'page: {guard.address}', file=sys.stderr, flush=True)
         self._page, self._display, self._panel = page, page.display, page.panel
         self._session = page.session
-        self._run, self._restart_timer = LiveRun(), RestartTimer()
+        self._restart_timer, self._count = RestartTimer(), 0
+        self._client = RunClient(
+            self, tunables_of(page.robots), self._on_control, self._on_value, self.show_refusal
+        )
+        self._robots = [
+            SeenRobot(
+                self, name, number, self._display, self._panel, self._client, self._add_robots
+            )
+            for number, name in enumerate(page.robots)
+        ]
+        self._run, self._scene, self._traces = (
+            self._robots[0].run,
+            self._robots[0].scene,
+            self._robots[0].traces,
+        )
         if self._session is not None:
             self._run.status.scenario = self._session.scenario.title
-        self._scene, self._traces = LiveScene(), Traces()
-        self._count = 0
-        topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
-        self._samples = LatestMessages(self, topics, DEPTH)
-        self._push = self.publisher(PUSH)
-        self._client = RunClient(
-            self, (*tunables(), *WATCHED), self._on_control, self._on_value, self.show_refusal
-        )
-        self._reports = Reports(
-            self,
-            self._run,
-            self._scene,
-            self._traces,
-            self._display,
-            self._panel,
-            self._client,
-            self.push,
-        )
+        self._decision = ''
+        if len(self._robots) > 1:
+            self.subscribe(DECISION, self._on_decision)
         self._display.restart()
-        self._show_attempts()
+        if len(self._robots) == 1:
+            self._show_attempts()
         self._panel.begin(self, self._session.scenario if self._session else None)
         self.by_wall_clock(1.0 / p.rate, self._on_frame)
 
@@ -93,8 +83,10 @@ class PageNode(KhrNode):
         """Show that the run has ended."""
         restarting = self._session is not None and self._session.next is not None
         self._note('restarting' if restarting else 'the run has ended')
-        self._samples.close()
-        self._page.attempts.add(self._run, self._traces)
+        for each in self._robots:
+            each.close()
+        if len(self._robots) == 1:
+            self._page.attempts.add(self._run, self._traces)
         if self._closes_page:
             self._page.close()
 
@@ -111,16 +103,22 @@ class PageNode(KhrNode):
     # ---- parameters of the run ----
 
     def _on_control(self, control: Control) -> None:
-        self._run.learn(control.tunable, control.value)
+        self._learn(control.tunable, control.value)
         self._panel.add(control)
 
     def _on_value(self, tunable: Tunable, value: Value) -> None:
-        self._run.learn(tunable, value)
+        self._learn(tunable, value)
         if tunable.group:
             self._panel.show_value(tunable, value)
             self._keep(tunable, value)
         if tunable.node == 'simulator':
-            self._scene.configure(self._run.of('simulator'))
+            for each in self._robots:
+                each.scene.configure(each.run.of('simulator'))
+
+    def _learn(self, tunable: Tunable, value: Value) -> None:
+        for each in self._robots:
+            if tunable.robot in ('', each.name):
+                each.run.learn(tunable, value)
 
     def _keep(self, tunable: Tunable, value: Value) -> None:
         if self._session is not None:
@@ -139,54 +137,74 @@ class PageNode(KhrNode):
             return
         self._look()
         if self._count % CHARTS_EVERY == 0:
-            self._traces.swings = self._run.motion.swings
-            self._traces.pushes = self._run.pushes
-            self._display.show_traces(self._traces)
+            for number, each in enumerate(self._robots):
+                each.traces.swings = each.run.motion.swings
+                each.traces.pushes = each.run.pushes
+                self._display.show_traces(each.traces, number)
         if self._count % STATUS_EVERY == 0 and self._run.known:
-            self._note(self._run.state_text(self._page.at_the_end if self._session else None))
+            self._note(self._state_text)
         if self._restart_timer.due(self._run.over, time.monotonic()):
             self._at_the_end()
 
     def _look(self) -> None:
-        fresh = False
-        for topic, stamp_ns, numbers in self._samples.take():
-            fresh = True
-            balance = self._scene.take(topic, stamp_ns, numbers)
-            now = self._run.now = stamp_ns / 1e9
-            if balance is not None:
-                stage = self._scene.signals.get(STAGE, ())
-                self._traces.add(BALANCE, stamp_ns, balance)
-                self._traces.add(CONSTANT, stamp_ns, self._run.constants(now, stage))
-            if topic in polled_topics():
-                self._traces.add(topic, stamp_ns, numbers)
-        snapshot = self._scene.build() if fresh else None
-        if snapshot is not None:
-            self._display.show_scenes([snapshot])
-        self._run.status.stage = int(self._scene.signals.get(STAGE, (0,))[0])
+        if not any([each.look() for each in self._robots]) or not self._added:
+            return
+        scenes = [each.scene.build() for each in self._robots]
+        if all(scenes):
+            self._display.show_scenes(scenes, together=len(scenes) > 1)
+
+    @property
+    def _added(self) -> bool:
+        return all(each.robot is not None for each in self._robots)
+
+    def _add_robots(self) -> None:
+        """Show the robots in their order, once all are described."""
+        if not self._added:
+            return
+        for each in self._robots:
+            assert each.robot is not None
+            drag = partial(self.push, robot=each.name) if each.scene.pushable else None
+            self._display.add_robot(each.robot, name=each.name, push=drag)
+
+    @property
+    def _state_text(self) -> str:
+        """Return the state of the run; of a bout the decision of the referee, once it is there."""
+        if len(self._robots) > 1:
+            return self._decision or self._run.status.state
+        return self._run.state_text(self._page.at_the_end if self._session else None)
+
+    def _on_decision(self, status: DiagnosticStatus) -> None:
+        values = {pair.key: pair.value for pair in status.values}
+        check_run(values.get(KEY, ''), self.run)
+        won = DRAW if status.message == DRAW else f'{status.message} wins'
+        self._decision = one_line(f'{won}: {values.get("reason", "")}')
 
     def _look_at_driver(self) -> None:
         """Detect a driver that measures or supports less than the simulator."""
-        if not self.count_publishers(JOINT_STATES.name):
-            return
-        self._scene.truth = self.count_publishers(TRUE_POSE.name) > 0
-        self._scene.pushable = self.count_publishers(PUSHED.name) > 0
+        for each in self._robots:
+            if not self.count_publishers(JOINT_STATES.under(each.name).name):
+                return
+            each.scene.truth = self.count_publishers(TRUE_POSE.under(each.name).name) > 0
+            each.scene.pushable = self.count_publishers(PUSHED.under(each.name).name) > 0
         self._panel.show_offers(self._client.pausable, self._scene.pushable)
         if not (self._scene.truth or self.count_publishers(ROBOT_DESCRIPTION.name)):
-            self._reports.on_description(String(data=Robot.load().urdf))
+            self._robots[0].reports.on_description(String(data=Robot.load().urdf))
 
     def _note(self, state: str) -> None:
         trouble = self._run.trouble or ('' if self._scene.truth else NO_TRUTH)
         run = self._run
         picture = heading(run.status.scenario, run.known_of_controllers(), run.now)
-        rows = run.status.rows(run.now, run.over)
-        self._display.show_status(Note(state, trouble, picture), rows)
+        over = all(each.run.over for each in self._robots)
+        rows = [dict(each.run.status.rows(each.run.now, over)) for each in self._robots]
+        names = [('', *self._page.robots)] if len(rows) > 1 else []
+        self._display.show_status(Note(state, trouble, picture), [*names, *side_by_side(rows)])
 
     # ---- actions of the reader ----
 
     def change(self, tunable: Tunable, value: Value) -> None:
         """Request another value of a parameter."""
         if self._client.ask(tunable, value):
-            self._run.learn(tunable, value)
+            self._learn(tunable, value)
             self._keep(tunable, value)
 
     def show_refusal(self, reason: str) -> None:
@@ -223,16 +241,11 @@ class PageNode(KhrNode):
         except KhrError as error:
             self._run.trouble = str(error)
 
-    def push(self, force: tuple[float, float, float], done: bool) -> None:
-        """Aim a push at the torso, N in odom; give it when ``done``."""
-        if self._scene.pushable and done:
-            self._publish_push(force)
-        elif self._scene.pushable and self._scene.snapshot is not None:
-            self._display.show_push(self._scene.snapshot, np.array(force))
-
-    def _publish_push(self, force: tuple[float, float, float]) -> None:
-        message = WrenchStamped()
-        message.header.frame_id = WORLD
-        vector = message.wrench.force
-        vector.x, vector.y, vector.z = map(float, force)
-        self._push.publish(message)
+    def push(self, force: tuple[float, float, float], done: bool, robot: str = '') -> None:
+        """Aim a push at the torso of a robot, N in odom; give it when ``done``."""
+        number = next(n for n, each in enumerate(self._robots) if robot in ('', each.name))
+        pushed = self._robots[number]
+        if pushed.scene.pushable and done:
+            pushed.push(force)
+        elif pushed.scene.pushable and pushed.scene.snapshot is not None:
+            self._display.show_push(pushed.scene.snapshot, np.array(force), number=number)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -28,6 +30,7 @@ from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import MalformedError, check_status
 from khr_common.status_values import real
 from khr_common.text.quoting import one_line
+from khr_description.robot import Robot
 from khr_view.charts.charts import SLIP
 from khr_view.charts.spectrum_lines import (
     Array,
@@ -43,7 +46,6 @@ from khr_view.model.live_scene import LiveScene
 from khr_view.nodes.run_client import RunClient
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel
-from khr_view.page.robot_view import Push
 
 
 class Reports:
@@ -54,7 +56,9 @@ class Reports:
         run, scene, traces: receive the reports.
         display, panel: show it.
         client: takes reported parameter changes.
-        push: called when the torso is dragged.
+        add: called with the robot once it is described.
+        robot: its name in a bout.
+        number: of the robot on the page, from 0.
     """
 
     def __init__(
@@ -66,9 +70,11 @@ class Reports:
         display: Display,
         panel: LivePanel,
         client: RunClient,
-        push: Push,
+        add: Callable[[Robot], None],
+        robot: str = '',
+        number: int = 0,
     ) -> None:
-        self._identity, self._push = node.run, push
+        self._identity, self._add, self._number = node.run, add, number
         self._run, self._scene, self._traces = run, scene, traces
         self._display, self._panel, self._client = display, panel, client
         self._tones: list[PlacedPeak] = []
@@ -76,13 +82,15 @@ class Reports:
         callbacks: dict[Any, Any] = {
             ROBOT_DESCRIPTION: self.on_description,
             STATE: self._on_state,
-            DIAGNOSTICS: self._on_diagnostics,
+            DIAGNOSTICS: partial(self._on_diagnostics, robot),
             SPECTRUM: self._on_spectrum,
             PEAKS: self._on_peaks,
             PUSHED: self._on_push,
         }
         for topic, callback in callbacks.items():
-            node.subscribe(topic, callback)
+            node.subscribe(topic.under(robot), callback)
+        if robot:
+            node.subscribe(DIAGNOSTICS, partial(self._on_diagnostics, ''))  # of the simulator
 
     def on_description(self, message: String) -> None:
         """Take the description of the robot; the first one counts."""
@@ -94,7 +102,7 @@ class Reports:
         if robot is None:
             return
         self._scene.configure(self._run.of('simulator'))
-        self._display.add_robot(robot, push=self._push if self._scene.pushable else None)
+        self._add(robot)
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         values = {pair.key: pair.value for pair in status.values}
@@ -104,9 +112,9 @@ class Reports:
         self._run.trouble = one_line(values.get('reason', ''))
         self._panel.show_state(status.message)
 
-    def _on_diagnostics(self, array: DiagnosticArray) -> None:
+    def _on_diagnostics(self, robot: str, array: DiagnosticArray) -> None:
         changes = changes_in([array])
-        self._client.on_changes(changes)
+        self._client.on_changes(changes, robot)
         self._traces.events += [
             Event(each.time, f'{each.node}.{each.parameter} = {number(each.value)}')
             for each in changes
@@ -139,7 +147,7 @@ class Reports:
         """Draw the spectrum once its bins and its peaks, which come in two messages, are there."""
         if self._bins and self._display.readers and belong_together(*self._bins, self._tones):
             lines = spectrum_lines(*self._bins, self._tones, self._run.motion.cycle)
-            self._display.show_spectrum(lines)
+            self._display.show_spectrum(lines, self._number)
 
     def _on_push(self, message: WrenchStamped) -> None:
         force = message.wrench.force
@@ -148,4 +156,4 @@ class Reports:
         self._traces.events.append(received_push(message))
         if message.header.frame_id in ('', WORLD) and self._scene.snapshot is not None:
             acting = np.array((force.x, force.y, force.z))
-            self._display.show_push(self._scene.snapshot, acting, acts=True)
+            self._display.show_push(self._scene.snapshot, acting, acts=True, number=self._number)

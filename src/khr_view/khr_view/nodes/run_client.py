@@ -44,7 +44,7 @@ class RunClient:
     ) -> None:
         self._node, self._tunables = node, tunables
         self._found, self._changed, self._refused = found, changed, refused
-        names = dict.fromkeys(each.node for each in tunables)
+        names = dict.fromkeys(each.place for each in tunables)
         self._clients = {name: AsyncParameterClient(node, name) for name in names}
         self._asked: set[str] = set()
         self._pending = PendingChanges()
@@ -69,7 +69,7 @@ class RunClient:
         try:
             check(table_of(tunable.node), tunable.name, value)
         except KhrError as error:
-            self._refused(f'{tunable.node}: {error}')
+            self._refused(f'{tunable.place}: {error}')
             self._restore(tunable)
             return False
         self._pending.ask(tunable.key, value)
@@ -92,7 +92,7 @@ class RunClient:
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
         def listed(future: Any) -> None:
             known = set(future.result().result.names)
-            mine = [each for each in self._tunables if each.node == node and each.name in known]
+            mine = [each for each in self._tunables if each.place == node and each.name in known]
             names = [each.name for each in mine]
 
             def described(future: Any) -> None:
@@ -116,24 +116,24 @@ class RunClient:
                 self._changed(each, value_of(value))
 
     def _send(self, tunable: Tunable, value: Value) -> None:
-        client = self._clients[tunable.node]
+        client = self._clients[tunable.place]
         if not client.services_are_ready():
             self._pending.answered(tunable.key)
-            self._refused(f'{tunable.node}: no such node in the run')
+            self._refused(f'{tunable.place}: no such node in the run')
             return
         future = client.set_parameters([Parameter(tunable.name, value=value)])
 
         def answered(future: Any) -> None:
             self._pending.answered(tunable.key)
             (result,) = future.result().results
-            self._refused('' if result.successful else f'{tunable.node}: {result.reason}')
+            self._refused('' if result.successful else f'{tunable.place}: {result.reason}')
             if not result.successful:
                 self._restore(tunable)
 
         future.add_done_callback(answered)
 
     def _restore(self, tunable: Tunable) -> None:
-        future = self._clients[tunable.node].get_parameters([tunable.name])
+        future = self._clients[tunable.place].get_parameters([tunable.name])
         future.add_done_callback(
             lambda future: self._changed(tunable, value_of(future.result().values[0]))
         )
@@ -149,14 +149,15 @@ class RunClient:
 
         client.call_async(request).add_done_callback(answered)
 
-    def on_changes(self, changes: Iterable[Change]) -> None:
-        """Take the changes that nodes report.
+    def on_changes(self, changes: Iterable[Change], robot: str = '') -> None:
+        """Take the changes that nodes report, in a bout those of one robot.
 
         Raises:
             MalformedError: if a parameter does not accept its value.
         """
         for change in changes:
-            tunable = self._by_key.get((change.node, change.parameter))
+            place = f'{robot}/{change.node}' if robot else change.node
+            tunable = self._by_key.get((place, change.parameter))
             if tunable is not None and tunable.key not in self._pending:
                 self._changed(tunable, _checked(tunable, change.value))
 

@@ -54,13 +54,14 @@ OF_TWO = (0.75, -0.5, 0.2)
 BACKWARD = 1.0  # share by which the camera is further away for each m between two robots
 SAVE = (
     '<div class="khr-save">'
-    '<a href="khr/signals.csv" download="signals.csv">Signals as CSV</a>'
+    '<a href="khr/{signals}" download="{signals}">Signals as CSV</a>'
     '{spectra}'
     '<button data-khr="picture">Charts as PNG</button>'
     '</div>'
 )
 SAVE_SPECTRUM = '<a href="khr/{file}" download="{file}">Spectrum{number} as CSV</a>'
 NONE_YET = '<tr><td colspan="6">none yet: a run is listed once it has ended</td></tr>'
+BOUT_AWAY = 1.4  # of the camera from two robots of a bout, over that from one
 LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the browser waits for
 
 
@@ -82,6 +83,7 @@ class Display:
         names: of several runs, for their spectra.
         attempts: whether charts show an earlier attempt as a ghost.
         away: distance of the camera, over that from one robot.
+        tabs: whether each of the names has charts of its own, in a tab.
 
     Attributes:
         server: of the page.
@@ -94,6 +96,7 @@ class Display:
         names: Sequence[str] = ('',),
         attempts: bool = False,
         away: float = 1.0,
+        tabs: bool = False,
     ) -> None:
         self._away = away
         self._acts: SimpleQueue[Callable[[], object]] = SimpleQueue()
@@ -117,24 +120,36 @@ class Display:
         self._status = server.gui.add_html(LOADING)
         self._attempts = server.gui.add_html('')
         panel = server.gui.add_panel()
-        with panel.add_tab('Signals'):
-            self._spectra = [SpectrumChart(server.gui, name) for name in names]
-            self._charts = TimeCharts(server.gui, charts, attempts)
-            links = ''
-            for number, chart in enumerate(self._spectra, 1):
-                file = f'spectrum{number}.csv' if number > 1 else 'spectrum.csv'
-                links += SAVE_SPECTRUM.format(file=file, number=f' {number}' if number > 1 else '')
-                server.tables[file] = chart.csv
-            server.gui.add_html(SAVE.format(spectra=links))
-            with server.gui.add_folder('Choose', expand_by_default=False):
-                for spectrum in self._spectra:
-                    spectrum.add_choice(server.gui)
-                self._charts.add_choice(server.gui)
-        server.tables['signals.csv'] = lambda: signals_csv(self._charts.drawn)
+        self._spectra: list[SpectrumChart] = []
+        self._charts: list[TimeCharts] = []
+        groups = {name: (name,) for name in names} if tabs else {'Signals': tuple(names)}
+        for title, own in groups.items():
+            with panel.add_tab(title):
+                self._add_charts(charts, own, attempts)
         panel.dock_left()
         panel.set_width(360)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(340)
+
+    def _add_charts(self, charts: tuple[Chart, ...], names: Sequence[str], attempts: bool) -> None:
+        """Add the spectra of some runs, and charts over time with the links to their data."""
+        gui, tables, links = self.server.gui, self.server.tables, ''
+        spectra = [SpectrumChart(gui, name) for name in names]
+        timed = TimeCharts(gui, charts, attempts)
+        for chart in spectra:
+            self._spectra.append(chart)
+            number = len(self._spectra)
+            file = f'spectrum{number}.csv' if number > 1 else 'spectrum.csv'
+            links += SAVE_SPECTRUM.format(file=file, number=f' {number}' if number > 1 else '')
+            tables[file] = chart.csv
+        self._charts.append(timed)
+        signals = f'signals{len(self._charts)}.csv' if len(self._charts) > 1 else 'signals.csv'
+        tables[signals] = lambda: signals_csv(timed.drawn)
+        gui.add_html(SAVE.format(signals=signals, spectra=links))
+        with gui.add_folder('Choose', expand_by_default=False):
+            for chart in spectra:
+                chart.add_choice(gui)
+            timed.add_choice(gui)
 
     @property
     def readers(self) -> int:
@@ -186,7 +201,9 @@ class Display:
             first = scenes[0] if scenes else None
             if first is not None:
                 if time.monotonic() > self._push_until:
-                    self.show_push(first, np.zeros(3))
+                    for number, scene in enumerate(scenes):
+                        if scene is not None:
+                            self.show_push(scene, np.zeros(3), number=number)
                 self._slope.show(first)
                 for robot, scene in list(zip(self._robots, scenes, strict=True))[1:]:
                     if scene is not None:
@@ -195,9 +212,11 @@ class Display:
                     followed = [each for each in scenes if each] if together else [first]
                     self._root.position = -np.mean([each.way for each in followed], axis=0)
 
-    def show_push(self, scene: Snapshot, force: NDArray[np.float64], acts: bool = False) -> None:
-        """Show a push on the first robot; one that acts disappears after a while."""
-        self._robots[0].marks.show_push(scene, force)
+    def show_push(
+        self, scene: Snapshot, force: NDArray[np.float64], acts: bool = False, number: int = 0
+    ) -> None:
+        """Show a push on a robot; one that acts disappears after a while."""
+        self._robots[number].marks.show_push(scene, force)
         self._push_until = time.monotonic() + PUSH_SHOWN if acts else inf
 
     def add_look(self) -> None:
@@ -243,9 +262,9 @@ class Display:
             dark_mode=dark,
         )
 
-    def show_traces(self, traces: Columns) -> None:
-        """Draw the charts over time."""
-        self._charts.show(traces)
+    def show_traces(self, traces: Columns, number: int = 0) -> None:
+        """Draw the charts over time, of the tab with a number."""
+        self._charts[number].show(traces)
 
     def show_spectrum(
         self, lines: SpectrumLines | None, number: int = 0, absent: str = NO_SPECTRUM

@@ -20,8 +20,12 @@ DIRECTIONS = {
     'to its left': (0.0, 1.0),
     'to its right': (0.0, -1.0),
 }
+IN_RING = dict(
+    zip(('along x', 'against x', 'along y', 'against y'), DIRECTIONS.values(), strict=True)
+)
 SIMULATOR = 'simulator'
-GROUPS = ('Feedback', 'Ground', 'Push', 'Time')
+FEEDBACK = 'Feedback'
+GROUPS = (FEEDBACK, 'Ground', 'Push', 'Time')
 AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
 PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
 OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # the parameter of the speed
@@ -42,13 +46,20 @@ class LivePanel:
         later: queues a call for the thread of the run.
         scenarios: names of the scenarios that can be started; without any it has no restart.
         at_the_end: the action that follows the end of a run.
+        robots: names of the robots of a bout, which have controls apart.
     """
 
     _owner: Any  # of the present run
 
     def __init__(
-        self, server: Any, later: Later, scenarios: Sequence[str], at_the_end: EndAction
+        self,
+        server: Any,
+        later: Later,
+        scenarios: Sequence[str],
+        at_the_end: EndAction,
+        robots: Sequence[str] = (),
     ) -> None:
+        self._robots = tuple(robots)
         self._server, self._later = server, later
         self._gui = gui = server.gui
         self._handles: dict[tuple[str, str], Any] = {}
@@ -59,7 +70,9 @@ class LivePanel:
         if scenarios:
             self._add_restart(at_the_end)
         for group in GROUPS:
-            self._folders[group] = gui.add_folder(group)
+            shared = group != FEEDBACK or not robots
+            for name in [group] if shared else [f'{group}, {robot}' for robot in robots]:
+                self._folders[name] = gui.add_folder(name)
         self._add_push()
         if scenarios:
             self._add_scenarios(scenarios)
@@ -145,7 +158,10 @@ class LivePanel:
             give_value(self._server, handle, value)
 
     def _make(self, control: Control) -> Any:
-        order = tunables().index(control.tunable)  # nodes answer in any order
+        # Nodes answer in any order.
+        order = [(each.node, each.name) for each in tunables()].index(
+            (control.tunable.node, control.tunable.name)
+        )
         if control.minimum is None or control.maximum is None:
             return self._gui.add_checkbox(
                 control.label, bool(control.value), hint=control.hint, order=order
@@ -166,7 +182,9 @@ class LivePanel:
             force = self._gui.add_slider(
                 f'Force, {of.unit}', of.minimum, of.maximum, 0.5, of.default, hint=of.description
             )
-            where = self._gui.add_dropdown('Direction', tuple(DIRECTIONS))
+            directions = IN_RING if self._robots else DIRECTIONS
+            robot = self._gui.add_dropdown('Robot', self._robots) if self._robots else None
+            where = self._gui.add_dropdown('Direction', tuple(directions))
             self._push = self._gui.add_button(PUSH, icon='hand-finger')
 
         def accepted(value: float) -> bool:
@@ -179,9 +197,10 @@ class LivePanel:
             return True
 
         def push(value: float) -> None:
-            x, y = DIRECTIONS[where.value]
+            x, y = directions[where.value]
             if accepted(value):
-                self._owner.push((value * x, value * y, 0.0), True)
+                name = robot.value if robot is not None else ''
+                self._owner.push((value * x, value * y, 0.0), True, name)
 
         force.on_update(on_user_input(lambda value: self._later(accepted, value)))
         self._push.on_click(lambda _: self._later(push, force.value))

@@ -47,6 +47,7 @@ ProcessesChoice = Annotated[
 NetworkOption = Annotated[
     bool, typer.Option('--network', help='Let other machines join the graph; off by default.')
 ]
+ViewOption = Annotated[bool, typer.Option('--view', help='Show it in a browser while it runs.')]
 PrintRos2Option = Annotated[
     bool,
     typer.Option(

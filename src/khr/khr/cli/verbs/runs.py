@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -23,6 +24,7 @@ from khr.cli.verbs.options import (
     RobotOption,
     ScenarioArgument,
     SetOption,
+    ViewOption,
     refuse_offline,
     run_named,
     settings_of,
@@ -65,9 +67,7 @@ def start_run(
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
     network: NetworkOption = False,
-    view: Annotated[
-        bool, typer.Option('--view', help='Show it in a browser while it runs.')
-    ] = False,
+    view: ViewOption = False,
     driver: Annotated[
         str,
         typer.Option(
@@ -138,7 +138,7 @@ def start_run(
 
 def view(
     source: Annotated[
-        str, typer.Argument(help='A scenario file or name, or the folder of a run.')
+        str, typer.Argument(help='A scenario or bout, by file or name, or the folder of a run.')
     ],
     against: Annotated[
         Path | None, typer.Option(help='Another run to play back for comparison.')
@@ -175,9 +175,11 @@ def view(
     domain: DomainOption = None,
     namespace: NamespaceOption = '',
 ) -> None:
-    """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
+    """Run a scenario or bout, or play back a recorded run, in a browser, until Ctrl-C."""
+    from khr.cli.bout import view_bout
     from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
+    from khr_bringup.bout.bout import is_bout, load_bout
     from khr_bringup.bout.recorded import played
     from khr_bringup.graph.graph import RunOptions
     from khr_bringup.recorded.storage import is_recording
@@ -190,6 +192,17 @@ def view(
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
     if namespace:
         raise KhrError(f'--namespace: {source} is no recording; accepted: one of several robots')
+    if is_bout(source):
+        for option, given in (('--duration', duration), ('--robot', robot)):
+            if given:
+                raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: --set')
+        settings = settings_of(set_, engine, ka, kh)
+        bout = load_bout(source)
+        bout = bout.set_to(settings) if settings else bout
+        paced = replace(bout.set_to([f'simulator.pace={pace!r}']), title=bout.title)
+        way = RunOptions(one_process=True, record=record, domain=domain)
+        page = Viewing(host, port, browser, again)
+        raise typer.Exit(view_bout(paced, way, out, page))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
