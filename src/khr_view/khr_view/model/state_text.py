@@ -8,8 +8,8 @@ from khr_view.model.status import Status
 NO_RUN = 'no run'
 THEN = {
     'same': 'restarts',
-    'next': 'restarts with the next seed',
-    'never': 'press Restart to run it again',
+    'next': 'restarts, next seed',
+    'never': 'press Restart',
 }
 OTHERWISE = {'waiting': 'starting', NO_RUN: 'no run is going on: the page waits for one'}
 
