@@ -6,11 +6,7 @@ from khr_view.model.motion import GaitMotion
 from khr_view.model.status import Status
 
 NO_RUN = 'no run'
-THEN = {
-    'same': 'restarts',
-    'next': 'restarts, next seed',
-    'never': 'press Restart',
-}
+THEN = {'same': 'restarts', 'next': 'restarts, next seed', 'never': 'press Restart'}
 OTHERWISE = {'waiting': 'starting', NO_RUN: 'no run is going on: the page waits for one'}
 
 

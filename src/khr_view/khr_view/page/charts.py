@@ -35,13 +35,7 @@ SHADINGS = (
     OWN_SCALE
     | {'label': 'change, push or fall', 'stroke': '#000000', 'width': 1.5, 'dash': [2, 2]},
 )
-# As uPlot's own range, but a line of zeros has an axis to 1, not to 100.
-END = {'pad': 0.1, 'soft': 0, 'mode': 3}
-SCALES = {
-    'x': {'time': False},
-    'y': {'range': {'min': END, 'max': END | {'soft': 1}}},
-    'phase': {'range': [0.02, 1]},  # 0 lies below
-}
+SCALES = {'x': {'time': False}, 'phase': {'range': [0.02, 1]}}  # 0 lies below
 GHOST = 'attempt before'
 NO_SPECTRUM = 'after the first whole cycle of the gait'
 STILL = 'the robot is still'

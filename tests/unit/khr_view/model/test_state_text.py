@@ -26,11 +26,7 @@ def status(state='running', verdict='walked', fell_at=None):
         (status(), 4.2, 'walking, 4.2 of 11.6 s'),
         (status('paused'), 4.2, 'paused at 4.2 s'),
         (status(fell_at=6.21), 6.3, 'fell at 6.2 s: press Restart'),
-        (
-            status('finished', 'fell', fell_at=6.21),
-            8.0,
-            'fell at 6.2 s: press Restart',
-        ),
+        (status('finished', 'fell', fell_at=6.21), 8.0, 'fell at 6.2 s: press Restart'),
         (status(fell_at=6.21), 0.4, 'walking, 0.4 of 11.6 s'),
         (status(), 12.0, 'finished, walked: press Restart'),
         (status('finished'), 5.0, 'finished, walked: press Restart'),

@@ -1,4 +1,5 @@
-// Corrections of viser's charts: lines end where their data ends, and axes keep their ticks.
+// Corrections of viser's charts: lines end where their data ends, axes keep their ticks, and zeros have
+// an axis to 1, not to 100.
 
 const gapped = (values) => (values.some(Number.isNaN)
   ? Array.from(values, (value) => (Number.isNaN(value) ? null : value))
@@ -14,6 +15,9 @@ function mend(chart) {
   chart.setData = (data, ...options) => setData(data.map(gapped), ...options);
   chart.setScale = (...scale) => chart.batch(() => setScale(...scale));
   chart.redraw = (paths) => redraw(paths, true);
+  const { range } = chart.scales.y;
+  chart.scales.y.range = (self, low, high, key) => (
+    low || high ? range(self, low, high, key) : [0, 1]);
   chart.setData(chart.data);
   chart.redraw();
 }
