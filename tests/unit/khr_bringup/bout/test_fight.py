@@ -1,0 +1,40 @@
+"""A round that is repeated with all that came from outside while it went on."""
+
+import pytest
+
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.fight import Influences, run_bout
+from khr_bringup.changes import Change
+
+SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.75'])
+PUSH = 't=0.03 duration=0.1 link=torso frame=odom force=5.0,0.0,0.0 point=0.0,0.0,0.0'
+
+
+def hashed(bout, influences=()):
+    return run_bout(bout, influences=dict(influences)).rounds[0].trajectory_hash
+
+
+@pytest.mark.slow
+def test_changes_and_pushes_act_on_their_robot_alone():
+    untouched = hashed(SHORT)
+    gain = Change('ankle_controller', 'gain', 40.0, -1)  # from the start
+    found = {
+        'gain': hashed(SHORT, [((0, 'red'), Influences(changes=(gain,)))]),
+        'push': hashed(SHORT, [((0, 'blue'), Influences(pushes=(PUSH,)))]),
+        'round': hashed(SHORT, [((1, 'red'), Influences(pushes=(PUSH,)))]),  # there is no other
+    }
+    assert found == {
+        'gain': hashed(SHORT.set_to(['red.ankle_controller.gain=40.0'])),
+        'push': hashed(SHORT.set_to([f'blue.simulator.pushes=["{PUSH}"]'])),
+        'round': untouched,
+    }
+    assert len(set(found.values())) == 3
+
+
+@pytest.mark.slow
+def test_a_change_acts_after_its_sample():
+    tilt = Change('simulator', 'inclination_deg', 2.0, 90_000_000)
+    late = hashed(SHORT, [((0, robot), Influences(changes=(tilt,))) for robot in SHORT.robots])
+    early = Change('simulator', 'inclination_deg', 2.0, 60_000_000)
+    soon = hashed(SHORT, [((0, robot), Influences(changes=(early,))) for robot in SHORT.robots])
+    assert len({late, soon, hashed(SHORT)}) == 3
