@@ -19,7 +19,14 @@ from tests.support.namespaced import python
 from tests.support.runs import Bag, children, finish, joined, khr, start_khr, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
-CHANGES = ('simulator.engine=mujoco', 'referee.time_limit=0.45')
+PUSH = 't=0.05 duration=0.2 link=base_link frame=odom force=20,0,0'  # topples blue
+CHANGES = (
+    'simulator.engine=mujoco',
+    'referee.time_limit=2.0',
+    'referee.fall_tilt_deg=10.0',
+    'referee.down_time=0.06',
+    f'blue.simulator.pushes=["{PUSH}"]',
+)
 SHORT = [word for text in CHANGES for word in ('--set', text)]
 
 
@@ -36,31 +43,32 @@ def fought(tmp_path_factory):
 
 
 def test_offline_one_process_and_many_give_the_same_bits(fought, tmp_path):
-    offline = run_bout(load_bout('shove').set_to(CHANGES)).rounds[0].trajectory_hash
+    (offline,) = run_bout(load_bout('shove').set_to(CHANGES)).rounds
+    assert offline.decision[:2] == ('red', 'blue down for 0.06 s')
     many = khr('bout', 'shove', *SHORT, '--processes', '--no-record', '--out', tmp_path / 'many')
     assert many.code == 0, many.err
-    assert hash_in(fought.out) == hash_in(many.out) == offline
+    assert hash_in(fought.out) == hash_in(many.out) == offline.trajectory_hash
 
 
 def test_the_bag_of_a_graph_repeats_bit_for_bit(fought):
     same = khr('verify', fought.folder)
     assert same.code == 0, same.err + same.out
-    assert 'round 1 blue: compared 31 samples of 17 topics' in same.out
+    assert 'round 1 blue: compared 18 samples of 17 topics' in same.out
 
 
 def test_each_robot_has_its_topics_and_frames_and_all_one_clock(fought):
     bag = Bag(fought.folder / 'round_1' / 'bag')
     assert [topic for topic in bag if topic.endswith('/clock')] == ['/clock']
-    for robot, side in (('red', -1.0), ('blue', 1.0)):
+    for robot, side, verdict in (('red', -1.0, 'stood'), ('blue', 1.0, 'fell')):
         first = bag[f'/{robot}/ground_truth/odom'][0][1]
         assert first.pose.pose.position.x * side > 0.0
         assert (first.header.frame_id, first.child_frame_id) == ('odom', f'{robot}/base_link')
         gyro = bag[f'/{robot}/imu/data_raw'][0][1]
         assert gyro.header.frame_id == f'{robot}/imu_link'
-        assert bag[f'/{robot}/outcome'][-1][1].message == 'stood'
+        assert bag[f'/{robot}/outcome'][-1][1].message == verdict
     decision = bag['/referee/decision'][-1][1]
-    assert (decision.message, decision.values[0].value) == ('draw', 'time')
-    assert bag['/referee'][-1][1].position[0] == 1.0
+    assert (decision.message, decision.values[0].value) == ('red', 'blue down for 0.06 s')
+    assert bag['/referee'][-1][1].position.tolist() == [1.0, 1.0]
 
 
 def test_a_launched_round_has_the_same_hash_and_leaves_the_same_result(
@@ -90,7 +98,7 @@ def test_a_launched_round_has_the_same_hash_and_leaves_the_same_result(
             graph.send_signal(signal.SIGINT)
             graph.wait(30.0)
     assert verdict.returncode == 0
-    assert 'shove: won by draw, time, 0.45 s' in out
+    assert 'shove: won by red, blue down for 0.06 s, 0.24 s' in out
     assert out.split()[-1] == hash_in(fought.out)
     results = [
         json.loads((each / 'bout.json').read_text()) for each in (launch.folder, fought.folder)
