@@ -35,7 +35,7 @@ def page(tmp_path_factory):
         with browser_page() as (page, _):
             page.goto(f'http://127.0.0.1:{port}/')
             slider(page, 'Ankle gain K_A').wait_for()
-            page.get_by_text(re.compile('^gait, n = ')).first.wait_for()
+            page.get_by_text(re.compile('^line n = ')).first.wait_for()
             halt_with_points(page)
             yield page
     finally:
@@ -220,7 +220,7 @@ def test_the_spectrum_is_saved_with_its_peaks_named_in_the_page(page):
     assert head == ['frequency, Hz', 'pitch rate, deg/s']
     largest = max(float(amplitude) for _, amplitude in rows)
     assert largest > 1.0
-    assert page.get_by_text(re.compile(r'^(gait, n = \d+|loop or slip, n = [\d.]+)$')).count() > 1
+    assert page.get_by_text(re.compile(r'^(line n = \d+|off the lines, n = [\d.]+)$')).count() > 1
 
 
 def test_the_charts_are_saved_as_they_are_shown_at_the_size_of_a_slide(page):

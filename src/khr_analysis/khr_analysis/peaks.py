@@ -131,6 +131,8 @@ def label(frequency: float, fundamental: float, spacing: float) -> str:
 def place_in_gait(frequency: float, cycle: float) -> str:
     """Name a frequency as a line n/T of the gait, or as a multiple of 1/T off these lines.
 
+    It names a place, not an origin: two of five frequencies at random are on a line.
+
     Args:
         frequency: Hz.
         cycle: period T of the gait, s; 0 if the robot does not walk.
@@ -143,5 +145,5 @@ def place_in_gait(frequency: float, cycle: float) -> str:
         return ''
     nearest = round(order)
     if nearest and abs(order - nearest) <= ON_LINE:
-        return f'gait, n = {nearest}'
-    return f'loop or slip, n = {order:.1f}'
+        return f'line n = {nearest}'
+    return f'off the lines, n = {order:.1f}'

@@ -36,10 +36,10 @@ def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
     assert [peak.amplitude for peak in found.peaks] == pytest.approx(
         np.degrees([0.2, 0.1]), rel=0.1
     )
-    assert [found.place(peak) for peak in found.peaks] == ['gait, n = 6', 'loop or slip, n = 12.5']
+    assert [found.place(peak) for peak in found.peaks] == ['line n = 6', 'off the lines, n = 12.5']
     text = recorded_page(found)
-    assert '| 2.60 | 11.46 | 100 % | gait, n = 6 |' in text
-    assert '| loop or slip, n = 12.5 |' in text
+    assert '| 2.60 | 11.46 | 100 % | line n = 6 |' in text
+    assert '| off the lines, n = 12.5 |' in text
 
 
 def test_a_part_of_a_cycle_does_not_count():

@@ -43,9 +43,9 @@ def test_the_gait_s_lines_stand_at_all_multiples_of_f_0():
 def test_a_peak_is_named_by_its_place_among_the_lines_of_the_gait(n, off, cycle):
     ((peak),) = spectrum_lines([], [], [PlacedPeak((n + off) / cycle, 1.0)], cycle).tones
     if abs(off) < ON_LINE - 1e-6:
-        assert peak.name == f'gait, n = {n}'
+        assert peak.name == f'line n = {n}'
     elif abs(off) > ON_LINE + 1e-6:
-        assert peak.name == f'loop or slip, n = {n + off:.1f}'
+        assert peak.name == f'off the lines, n = {n + off:.1f}'
 
 
 def test_a_robot_that_does_not_walk_has_no_lines_of_a_gait():
