@@ -1,6 +1,7 @@
 """``khr bout``: folder, bags, repetition, film and reports of both robots."""
 
 import json
+import signal
 
 import pytest
 from PIL import Image
@@ -12,7 +13,7 @@ from khr_bringup.bout.recorded import played
 from khr_view.charts.charts import BLUE, RED
 from khr_view.model.shapes import shapes
 from khr_view.playback import PlayedRuns, timelines
-from tests.support.runs import khr
+from tests.support.runs import Bag, finish, khr, start_khr, wait_for
 
 SHORT = (
     '--offline',
@@ -55,6 +56,9 @@ def test_a_bout_repeats_bit_for_bit_and_a_change_is_found(fought, tmp_path):
     for each in folder.iterdir():
         (tmp_path / each.name).symlink_to(each)
     (tmp_path / 'bout.json').unlink()
+    without = khr('verify', tmp_path)
+    assert (without.code, without.err.count('\n')) == (2, 1)
+    assert 'accepted: that of a bout which has ended' in without.err
     stored['rounds'][1]['blue']['verdict'] = 'fell'
     (tmp_path / 'bout.json').write_text(json.dumps(stored))
     other = khr('verify', tmp_path)
@@ -120,6 +124,19 @@ def test_a_film_of_a_bout_takes_no_other_robot(fought, arguments):
     ended = khr('film', fought[0], *arguments)
     assert (ended.code, ended.err.count('\n')) == (2, 1)
     assert 'not accepted of a bout' in ended.err
+
+
+def test_an_interrupted_bout_is_one_line_and_keeps_its_bag(tmp_path):
+    folder = tmp_path / 'bout'
+    process = start_khr('bout', 'shove_guard', *SHORT[:3], '--out', folder)
+    bag = folder / 'round_1' / 'bag'
+    wait_for(lambda: [each.stat().st_size for each in bag.glob('*.mcap')] > [0], 'samples')
+    process.send_signal(signal.SIGINT)
+    ended = finish(process, folder)
+    assert ended.code == 130
+    assert 'khr: interrupted before the bout had ended; its folder stays' in ended.err
+    assert 'Traceback' not in ended.err
+    assert Bag(bag)['/blue/imu/data_raw']
 
 
 def test_a_mistake_in_a_bout_is_one_line():

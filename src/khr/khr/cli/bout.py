@@ -7,6 +7,7 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 
+import typer
 from rich.console import Console
 from rich.table import Table
 
@@ -21,6 +22,7 @@ from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.run_folder import claim_folder
+from khr_common.errors import INTERRUPTED
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.progress import ProgressBar
 from khr_view.viewing import Viewing, live_page
@@ -40,7 +42,11 @@ def run_bout(
     check_domain(way.domain)  # before a folder is made or the page is opened
     console = Console(stderr=True)
     with live_page(viewing, partial(print_line, console), robots=[*bout.robots]) as observed:
-        _run(bout, way, out, Callbacks(observed=observed), console)
+        try:
+            _run(bout, way, out, Callbacks(observed=observed), console)
+        except KeyboardInterrupt:
+            print_line(console, 'khr: interrupted before the bout had ended; its folder stays')
+            raise typer.Exit(INTERRUPTED) from None
 
 
 def view_bout(bout: Bout, way: RunOptions, out: Path | None, viewing: Viewing) -> int:

@@ -100,7 +100,7 @@ def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
             raise ValueError('no rounds in it')
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         text = error.strerror if isinstance(error, OSError) else error
-        raise KhrError(f'{file}: {text}; accepted: the file that khr bout writes') from error
+        raise KhrError(f'{file}: {text}; accepted: that of a bout which has ended') from error
     text = read_file(folder / SCENARIO)
     bout = parse_bout(text, str(folder / SCENARIO), str(ended.get('bout', folder.name)))
     red = bout.robots[ROBOTS[0]]

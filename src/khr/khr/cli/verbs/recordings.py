@@ -111,12 +111,11 @@ def verify_bag(
     namespace: NamespaceOption = '',
 ) -> None:
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
-    from khr_bringup.bout.fight import FILE
     from khr_bringup.bout.recorded import verify_bout
     from khr_bringup.recorded.verify import verify
 
     folder = run_named(str(bag))
-    if (folder / FILE).is_file():
+    if folder.is_dir() and is_bout(str(folder)):
         with ProgressBar(unit='s') as bar:
             raise typer.Exit(verify_bout(folder, lambda time: bar.show('repeating', time)))
     raise typer.Exit(verify(folder, namespace))
