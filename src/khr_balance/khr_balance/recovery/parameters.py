@@ -28,7 +28,7 @@ class RecoveryParameters:
     threshold: tuple[float, ...] = _pair(
         'distance of the capture point from the middle of the soles above which the robot steps.',
         0.042,
-        0.042,
+        0.041,
         '[0, 0.2] m',
     )
     rate_threshold_deg: tuple[float, ...] = _pair(
@@ -102,7 +102,7 @@ class RecoveryParameters:
         '[-0.5, 0.5] rad',
     )
     tipping_ankle_push: tuple[float, ...] = _pair(
-        '``ankle_push`` of a step by ``tipping_threshold``.', 0.074, 0.12, '[-0.5, 0.5] rad'
+        '``ankle_push`` of a step by ``tipping_threshold``.', 0.074, 0.09, '[-0.5, 0.5] rad'
     )
     ankle_roll: tuple[float, ...] = _pair(
         'roll of the standing ankle during the swing, outward positive.',
