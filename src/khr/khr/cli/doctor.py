@@ -23,9 +23,9 @@ from khr_common import RunError
 from khr_common.arithmetic import PORTABLE, in_force, warning
 from khr_sim.physics import engines
 
-# Requirements that no package declares: the ROS middleware and the optional physics engines.
+# Requirements that no package declares, or as an extra: ROS, physics engines, PettingZoo.
 PYTHONS = ((3, 11), (3, 12))
-BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
+BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values(), 'pettingzoo')
 ROOM = 1.0  # GB of disk below which a recording is at risk
 Finding = tuple[bool, str, str]
 GONE = 5.0  # s of wall time within which the child of a killed process ends
