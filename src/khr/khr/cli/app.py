@@ -34,6 +34,7 @@ PANELS: dict[str, dict[str, str]] = {
         'critical': 'studies:critical',
         'tune': 'studies:tune',
         'push': 'studies:push',
+        'fights': 'studies:fights',
         'lines': 'thesis:lines',
         'sweep': 'studies:start_sweep',
         'map': 'studies:draw_stability_map',

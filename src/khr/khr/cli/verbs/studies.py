@@ -131,6 +131,29 @@ def _search_recovery(
     print(search.write([search.search(each, workers, folder) for each in asked], folder))
 
 
+def fights(
+    out: Annotated[
+        Path, typer.Option(help='The page to write, with a .csv and a .png beside it.')
+    ] = Path('docs/fights.md'),
+    bouts: Annotated[
+        int, typer.Option(min=1, help='Bouts of each cell; the same command resumes.')
+    ] = 50,
+    workers: ProcessesOption = None,
+    measured: Annotated[
+        bool,
+        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+    ] = False,
+) -> None:
+    """Fight many bouts of two robots: who wins, over gains, stance and recovery step."""
+    from khr_report.folders import make_folder
+    from khr_studies.fights import page, study
+    from khr_studies.measuring.run_table import read_table
+
+    make_folder(out.parent)
+    runs = read_table(out.with_suffix('.csv')) if measured else study.study(bouts, workers)
+    print(page.write(runs, out))
+
+
 @options_of(searches.critical)
 def critical(arguments: dict[str, Any], settings: list[str]) -> None:
     """Print the limit."""

@@ -1,0 +1,1 @@
+"""Fight many bouts, and compare fighters with and without the controller."""
