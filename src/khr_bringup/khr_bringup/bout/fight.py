@@ -45,7 +45,7 @@ class Round:
     outcomes: Mapping[str, Outcome]  # of each robot
     # SHA-256 in hex over the states of both robots at every control period, red's ahead of blue's
     trajectory_hash: str
-    wall_time: float  # s
+    wall_time: float  # s, from the first sample on
     warnings: tuple[str, ...] = ()  # errors that nodes reported
 
 
@@ -156,7 +156,6 @@ def write_bout(folder: Path, result: BoutResult) -> None:
 def _run_round(
     bout: Bout, number: int, watch: Watch | None, influences: Mapping[str, Influences]
 ) -> Round:
-    began = time.monotonic()
     robots = {
         name: _pushed(scenario, influences[name].pushes)
         for name, scenario in bout.in_round(number).items()
@@ -170,6 +169,7 @@ def _run_round(
             for name, loop in loops.items()
         ]
         _change(BEFORE, live, plant)
+        began = time.monotonic()
         states = plant.start([loop.reference(0.0) for loop in loops.values()])
         while True:
             truths = dict(zip(robots, states, strict=True))
