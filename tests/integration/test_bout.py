@@ -97,6 +97,7 @@ def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):
     ('arguments', 'says'),
     [
         (['view', 'shove', '--duration', '5'], '--duration: 5.0 is not accepted of a bout'),
+        (['run', 'shove'], 'shove: a bout; accepted: khr bout shove'),
         (['bout', 'shove', '--offline', '--view'], '--view: not with --offline'),
     ],
 )

@@ -108,7 +108,7 @@ def start_run(
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     settings = settings_of(set_, engine, ka, kh)
-    chosen = _with(scenarios.load_scenario(scenario), robot).set_to(settings, changes)
+    chosen = _with(_load(scenario), robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     if print_ros2:
         from khr.cli.ros2_command import ros2_command
@@ -211,6 +211,17 @@ def view(
     chosen = chosen.set_to(settings, changes)
     warn_of_switched_off(chosen, settings)
     raise typer.Exit(view_scenario(chosen, options))
+
+
+def _load(name: str) -> Scenario:
+    try:
+        return scenarios.load_scenario(name)
+    except KhrError as error:
+        from khr_bringup.bout.bout import is_bout
+
+        if is_bout(name):
+            raise KhrError(f'{name}: a bout; accepted: khr bout {name}') from error
+        raise
 
 
 def _with(scenario: Scenario, robot: str) -> Scenario:
