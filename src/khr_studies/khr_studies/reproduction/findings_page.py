@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from statistics import median
 
@@ -83,6 +84,13 @@ ODD_COLUMNS: Columns[Row] = {
     f'among the {LISTED} largest': lambda row: f'{row["among"]}',
     'odd over even lines': lambda row: f'{row["odd"]:.2f}',
 }
+VERDICTS = ('passed', 'missed', 'undecided')
+SUBJECT_COLUMNS: Columns[Row] = {
+    'subject': lambda row: row['subject'],
+    'confirmed': lambda row: str(row['passed']),
+    'contradicted': lambda row: str(row['missed']),
+    'undecided': lambda row: str(row['undecided']),
+}
 SHIFT_COLUMNS: Columns[tuple[str, float]] = {
     'change': lambda row: row[0],
     'mean shift, deg': lambda row: f'{row[1]:+.2f}',
@@ -102,6 +110,7 @@ def blocks(findings: Findings) -> list[Block]:
     return [
         QUESTION,
         _answer(findings),
+        *([table(_subjects(board), SUBJECT_COLUMNS)] if board else []),
         Passage('Confirmed by the simulation', _rows(board, 'passed')),
         Passage('Contradicted', _rows(board, 'missed')),
         *([Passage('Undecided', _rows(board, 'undecided'))] if is_open else []),
@@ -125,21 +134,36 @@ def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
     if verdict == 'missed' and board.explanations:
         best = {each['condition']: scoreboard.closest(each) for each in board.explanations}
         limits['closest with one change, deg'] = lambda row: best.get(row['condition'], '-')
-    parts: tuple[tuple[str, Records, Columns[Row]], ...] = (
-        ('Critical inclinations', board.limits, limits),
-        ('Order of the limits', board.orders, scoreboard.ORDER_COLUMNS),
-        ('Standing on one leg', board.standing, scoreboard.STANDING_COLUMNS),
-        ('Walking', board.walks, scoreboard.WALK_COLUMNS),
-        ('Trends', board.trends, scoreboard.TREND_COLUMNS),
-    )
     return _passages(
         (
             title,
             '',
             table([r for r in rows if r['verdict'] == verdict], columns, 'chapter', 'verdict'),
         )
-        for title, rows, columns in parts
+        for title, rows, columns in _parts(board, limits)
     )
+
+
+def _parts(
+    board: Scoreboard, limits: Columns[Row]
+) -> tuple[tuple[str, Records, Columns[Row]], ...]:
+    """Return the rows of each subject, with their columns."""
+    return (
+        ('Critical inclinations', board.limits, limits),
+        ('Order of the limits', board.orders, scoreboard.ORDER_COLUMNS),
+        ('Standing on one leg', board.standing, scoreboard.STANDING_COLUMNS),
+        ('Walking', board.walks, scoreboard.WALK_COLUMNS),
+        ('Trends', board.trends, scoreboard.TREND_COLUMNS),
+    )
+
+
+def _subjects(board: Scoreboard) -> list[Row]:
+    """Return how many rows of each subject have each verdict."""
+    counts: list[Row] = []
+    for title, rows, _ in _parts(board, scoreboard.LIMIT_COLUMNS):
+        verdicts = Counter(row['verdict'] for row in rows)
+        counts.append({'subject': title, **{name: verdicts[name] for name in VERDICTS}})
+    return [row for row in counts if any(row[name] for name in VERDICTS)]
 
 
 def _added(findings: Findings) -> tuple[Block, ...]:

@@ -110,6 +110,9 @@ def test_opposite_outcomes_give_opposite_findings():
     assert findings_page.blocks(findings())[1].startswith(
         scoreboard_page.totals(findings().scoreboard.rows)
     )
+    for each, column in ((findings(), 1), (findings(Opposite()), 2)):
+        rows = {row[0]: row for row in findings_page.blocks(each)[2].rows}
+        assert rows['Trends'][column] == str(len(TRENDS)) and rows['Trends'][3 - column] == '0'
 
 
 class Explained(Thesis):
