@@ -1,4 +1,7 @@
-"""Draw docs/view.png, the page of a live run: ``python -m tests.support.view_picture [FILE]``."""
+"""Draw docs/view.png and docs/bout_view.png, pages of live runs.
+
+``python -m tests.support.view_picture [FOLDER]``
+"""
 
 import re
 import signal
@@ -10,16 +13,18 @@ from tests import ROOT
 from tests.support.browser import browser_page, free_port
 from tests.support.runs import start_khr, wait_for
 
-SCENARIO = 'walk_7.68deg_ka12'
-SHOWN = 7.0  # s: the third gait cycle is over
+SHOWN = {  # s of each run
+    'view.png': ('walk_7.68deg_ka12', 7.0),  # the third gait cycle is over
+    'bout_view.png': ('shove_guard', 4.5),  # in the second shove
+}
 
 
-def draw(file):
-    """Start the run, look at it in a browser, and save what is seen once SHOWN has passed."""
+def draw(file, run_of, shown):
+    """Start a run, look at it in a browser, and save what is seen once its time has come."""
     port = free_port()
     with tempfile.TemporaryDirectory() as folder:
         run = start_khr(
-            'view', SCENARIO, '--no-browser', '--port', port, '--out', Path(folder) / 'run'
+            'view', run_of, '--no-browser', '--port', port, '--out', Path(folder) / 'run'
         )
         try:
             next(line for line in run.stderr if 'page: http' in line)  # its door is open
@@ -27,9 +32,7 @@ def draw(file):
                 page.goto(f'http://127.0.0.1:{port}/')
                 page.get_by_role('button', name='Pause').wait_for()
                 page.locator('.mantine-Notification-closeButton').first.click()  # no GPU: known
-                wait_for(
-                    lambda: page.wait_for_timeout(100) or _time(page) > SHOWN, 'the third cycle'
-                )
+                wait_for(lambda: page.wait_for_timeout(100) or _time(page) > shown, 'the time')
                 page.screenshot(path=file)
         finally:
             run.send_signal(signal.SIGINT)
@@ -43,4 +46,6 @@ def _time(page):
 
 
 if __name__ == '__main__':
-    draw(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / 'view.png')
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs'
+    for name, (each, time) in SHOWN.items():
+        draw(folder / name, each, time)
