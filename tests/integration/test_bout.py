@@ -115,6 +115,8 @@ def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):
     assert ended.code == 0, ended.err
     with Image.open(tmp_path / 'a.png') as picture:
         assert picture.size == (320, 240)
+        edge = picture.convert('L').crop((314, 0, 320, 24))  # right of the title, which is long
+        assert min(edge.get_flattened_data()) > 200
         pixels = list(picture.convert('RGB').get_flattened_data())
     assert sum(r > 100 and g < 60 and b < 60 for r, g, b in pixels) > 50  # the red suit
     assert sum(r < 60 and g < 90 and b > 90 for r, g, b in pixels) > 50  # and the blue one

@@ -166,9 +166,10 @@ def _write_state(image: Image.Image, result: BoutResult, frame: Frame) -> None:
     large, small = (ImageFont.load_default(round(size * scale)) for size in (LARGE, SMALL))
     pen, margin = ImageDraw.Draw(image, 'RGBA'), MARGIN * scale
     title = result.bout.title or result.bout.name
-    fits = (image.width - 2 * margin) / pen.textlength(title, large)
-    heading = ImageFont.load_default(round(LARGE * scale * min(1.0, fits)))
-    pen.text((margin, margin), title, INK, heading)
+    size = round(LARGE * scale)
+    while pen.textlength(title, ImageFont.load_default(size)) > image.width - 2 * margin:
+        size -= 1
+    pen.text((margin, margin), title, INK, ImageFont.load_default(size))
     line = 1.4 * SMALL * scale
     begun = frame.truths[RED].stamp_ns / 1e9
     for number, robot in enumerate(ROBOTS):
