@@ -6,7 +6,7 @@
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
 # make bullet  compiles PyBullet where it has no wheel (Python 3.12); MuJoCo is the engine without it
 # make dist   builds sdist and wheel of the whole in dist/
-# make film   renders docs/walk.gif, recovery.gif and bout.gif; make site makes pages of the documents
+# make film   renders docs/walk.gif, recovery.gif, bout.gif and duel.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 
 # bytecode is kept, whatever this machine prefers: without it every process compiles its sources
@@ -96,7 +96,7 @@ docs: install
 site: tools
 	$(BIN)/sphinx-build --quiet -W --keep-going -c docs . site
 
-# the films of README, docs/recovery.md and docs/bouts.md
+# the films of README, docs/recovery.md, docs/bouts.md and docs/fights.md
 FILMED := walk_8.88deg_ka12
 film: install
 	rm -rf build/without
@@ -111,6 +111,10 @@ film: install
 	cp build/recovery.gif docs/recovery.gif
 	$(BIN)/khr film shove --start 1.5 --end 4.3 --rate 10 --width 480 --height 360 --out build/bout
 	cp build/bout.gif docs/bout.gif
+	rm -rf build/duel
+	$(BIN)/khr bout duel --offline --no-record --set red.ankle_controller.enabled=false --out build/duel
+	$(BIN)/khr film build/duel --start 1.5 --end 5.3 --rate 10 --width 480 --height 360 --out build/duel
+	cp build/duel.gif docs/duel.gif
 
 # one distribution of all packages
 dist: tools
