@@ -10,6 +10,7 @@ from khr_bringup.bout.fight import run_bout
 CYCLES = 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
 @pytest.mark.parametrize('surface', ['rubber', 'smooth'])
 def test_both_robots_turn_on_the_spot(engine, surface):

@@ -25,6 +25,7 @@ def still(environment):
     return {agent: np.zeros(2, np.float32) for agent in environment.agents}
 
 
+@pytest.mark.slow
 def test_pettingzoo_accepts_it():
     environment = fight()
     parallel_api_test(environment, num_cycles=60)

@@ -156,6 +156,7 @@ def test_the_page_is_that_of_its_bouts_and_a_bout_repeats():
     assert again == {name: row[name] if row.notna()[name] else None for name in again}
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_page_of_measured_bouts(tmp_path, monkeypatch):
     monkeypatch.setattr(fights, 'PLAN', ())  # no bout may be fought
     write_table(read_table(DOCS / 'fights.csv'), tmp_path / 'own.csv')
