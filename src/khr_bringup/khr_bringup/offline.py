@@ -93,10 +93,12 @@ class ControlLoop:
         try:
             for block, topics in self._blocks:
                 signals.update(zip(topics, block.update(time, signals), strict=True))
-        except (KhrError, MemoryError):
+        except MemoryError:
             raise
         except Exception as error:
             node = next(name for name, each in self._by_node.items() if each is block)
+            if isinstance(error, KhrError):
+                raise type(error)(f'{node}: {error}') from error
             raise RunError(f'{node}: {error_text(type(block), error)}') from error
         self.signals = signals
         self.outcome = self._monitor.update(truth.stamp_ns, signals)
