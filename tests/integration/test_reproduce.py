@@ -59,7 +59,7 @@ def test_it_succeeds_and_prints_the_page_and_the_time(done):
     total = len(FIGURES) + len(parse_plan(None, True).maps)
     assert f'{total} of {total} figures' in done.stdout
     assert done.stdout.startswith('report/index.html: ') and done.stdout.count('\n') == 1
-    assert 'rows pass' in done.stdout
+    assert 'fitted rows' in done.stdout
     assert 'Traceback' not in done.stderr
 
 

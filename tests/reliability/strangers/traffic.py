@@ -7,7 +7,16 @@ from rclpy._rclpy_pybind11 import RCLError
 
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario import scenario as scenarios
-from khr_common.interfaces import JOINT_STATE, PUSH, READY, TF, TF_AVAILABLE, TF_STATIC, Topic
+from khr_common.interfaces import (
+    DECIDED,
+    JOINT_STATE,
+    PUSH,
+    READY,
+    TF,
+    TF_AVAILABLE,
+    TF_STATIC,
+    Topic,
+)
 from khr_common.nodes.messages import message_class, serialized
 from khr_common.nodes.node import DATA, LATCHED
 from tests.support.runs import wait_for
@@ -39,9 +48,10 @@ def topics() -> dict[str, Topic]:
 
 
 def read(scenario: str) -> set[str]:
-    """Return the names of the topics that somebody reads in a scenario."""
+    """Return the names of the topics that somebody reads in a scenario; it has no referee."""
     nodes = [registry()[name].spec for name in scenarios.load_scenario(scenario).nodes]
-    return {topic.name for spec in nodes for topic in spec.subscribes} | {PUSH.name}
+    found = {topic.name for spec in nodes for topic in spec.subscribes} | {PUSH.name}
+    return found - {DECIDED.name}
 
 
 def shared(topic: Topic) -> bool:

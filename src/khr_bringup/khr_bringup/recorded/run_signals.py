@@ -220,6 +220,7 @@ class Series:
             ValueError,
             KeyError,
             TypeError,
+            NotImplementedError,  # a damaged version of the archive
             BadZipFile,
             zlib.error,
         ) as error:

@@ -56,7 +56,9 @@ def test_signals_survive_being_written(standing, tmp_path: Path):
     np.testing.assert_allclose(read.time, series.time, rtol=1e-6)
     assert [path.name for path in tmp_path.iterdir()] == ['run.npz']
     whole = (tmp_path / 'run.npz').read_bytes()
-    for damaged in (b'', b'torn', whole[: len(whole) // 2]):
+    version = whole.index(b'PK\1\2') + 6  # needed to extract the first file of the archive
+    later = whole[:version] + b'\xbc' + whole[version + 1 :]
+    for damaged in (b'', b'torn', whole[: len(whole) // 2], later):
         (tmp_path / 'run.npz').write_bytes(damaged)
         with pytest.raises(KhrError, match=r'run\.npz: not the signals of a run'):
             Series.load(tmp_path / 'run.npz')
