@@ -42,6 +42,7 @@ def page(runs: pd.DataFrame, name: str) -> str:
     """Return the page; ``name`` is that of its files."""
     rows = pushes_held(runs)
     default = [row for row in rows if row['robot'] == 0]
+    missed = tuple(_missed(row) for row in default if not row['met'])
     bound = [bounds(case) for case in CASES]
     oblique = runs[runs['part'] == 'oblique']
     quiet, walks = (_alarms(runs[runs['part'] == part]) for part in ('quiet', 'walks'))
@@ -51,7 +52,7 @@ def page(runs: pd.DataFrame, name: str) -> str:
         files=name,
         gain=GAIN,
         default=table(default, COLUMNS),
-        missed=Bullets(tuple(_missed(row) for row in default if not row['met'])),
+        missed=Bullets(missed) if missed else '',
         largest=max(TIMES),
         above=sum(row['held'] > bound[row['case']]['step'] for row in default),
         rows=len(default),
