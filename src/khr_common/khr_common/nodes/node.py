@@ -1,8 +1,7 @@
-"""Base classes of khr nodes: parameters from a table, topics, and how they end."""
+"""Base class of khr nodes: topics, refused messages, and how a node ends."""
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -10,11 +9,7 @@ from math import isfinite
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -36,9 +31,7 @@ from khr_common.nodes.messages import (
     serialized,
     status,
 )
-from khr_common.nodes.ros_parameters import describe, plain
-from khr_common.parameter_files import check_blocks, files_in, read_blocks
-from khr_common.parameters import ParameterError, Specification, build, check, specifications
+from khr_common.nodes.parameter_node import ParameterNode
 from khr_common.run_identity import MalformedError, check_run, own_run
 from khr_common.stamps import HISTORY
 
@@ -52,14 +45,12 @@ DATA = QoSProfile(depth=HISTORY)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = QoSProfile(depth=HISTORY, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-# Parameters that every node of ROS 2 has.
-OF_ROS = ('use_sim_time', 'start_type_description_service')
 MOST_REASONS = 50  # that are reported one by one
 MATCH_PERIOD = 0.25  # s of wall time between looks at the publishers of a silent topic
 REPORT_PERIOD = 1.0  # s of wall time between reports of refused messages
 
 
-class KhrNode(Node):  # type: ignore[misc]
+class KhrNode(ParameterNode):
     """A node with one parameter table; every accepted change reaches :meth:`configure`.
 
     Subclasses build their core in ``__init__``.
@@ -81,8 +72,7 @@ class KhrNode(Node):  # type: ignore[misc]
 
     def __init__(self, spec: NodeSpec) -> None:
         space, _, name = spec.name.rpartition('/')
-        super().__init__(name, namespace=space)
-        self.table = spec.table
+        super().__init__(name, space, spec.table)
         self.failure: str | None = None
         self.run = own_run()
         self.now_ns = 0
@@ -90,15 +80,16 @@ class KhrNode(Node):  # type: ignore[misc]
         self._refused: Counter[tuple[Topic, str]] = Counter()
         self._unmatched: dict[Topic, Callable[[QoSProfile], object]] = {}
         self._matching: Timer | None = None
-        for specification in specifications(self.table).values():
-            self._declare(specification)
-        self.parameters = self._build({})
-        self._check_given()
-        self.add_on_set_parameters_callback(self._validate)
-        self.add_post_set_parameters_callback(self._apply)
 
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
+
+    def on_changes(self, changes: dict[str, Any]) -> None:
+        """Configure the node, and report the changes with the sample after which they act."""
+        if not self.closed:
+            after_ns = self.answered_ns
+            self.configure(self.parameters)
+            self._publish_health([parameter_change(self.get_name(), after_ns, changes)])
 
     @property
     def answered_ns(self) -> int:
@@ -305,59 +296,3 @@ class KhrNode(Node):  # type: ignore[misc]
         """Return the publishers of a topic; the middleware names no sender of a message."""
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
         return ' or '.join(sorted({info.node_name for info in infos})) or 'one that has left'
-
-    def _declare(self, specification: Specification) -> None:
-        try:
-            self.declare_parameter(
-                specification.name, specification.default, describe(specification)
-            )
-        except ParameterException as error:
-            given = self._parameter_overrides.get(specification.name)
-            if given is not None:
-                specification.check(given.value)  # raises with a better text
-            raise ParameterError(str(error)) from error
-
-    def _check_given(self) -> None:
-        """Refuse undeclared parameters, which ROS drops silently."""
-        known = frozenset({*specifications(self.table), *OF_ROS})
-        blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
-        for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):
-            self.get_logger().warning(warning)
-        for name in (
-            set(self._parameter_overrides)
-            - known
-            - {key for block in blocks for key in block.parameters}
-        ):
-            check(self.table, name, None)  # raises, and lists the accepted names
-
-    def _build(self, changes: dict[str, Any]) -> Any:
-        """Return the table with some values changed; raise ParameterError if it refuses them."""
-        values = {
-            name: plain(self.get_parameter(name).value) for name in specifications(self.table)
-        }
-        return build(self.table, values | changes)
-
-    def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
-        own = specifications(self.table)
-        try:
-            changes = {p.name: plain(p.value) for p in parameters if p.name in own}
-            self._build(changes)
-        except ParameterError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def _apply(self, parameters: list[Parameter]) -> None:
-        own = specifications(self.table)
-        before = self.parameters
-        self.parameters = self._build(
-            {p.name: plain(p.value) for p in parameters if p.name in own}
-        )
-        changes = {
-            name: plain(value)
-            for name, value in vars(self.parameters).items()
-            if value != getattr(before, name)
-        }
-        if changes and not self.closed:
-            after_ns = self.answered_ns
-            self.configure(self.parameters)
-            self._publish_health([parameter_change(self.get_name(), after_ns, changes)])

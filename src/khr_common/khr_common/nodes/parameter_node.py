@@ -1,0 +1,102 @@
+"""A node with one parameter table."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from khr_common.nodes.ros_parameters import describe, plain
+from khr_common.parameter_files import check_blocks, files_in, read_blocks
+from khr_common.parameters import ParameterError, Specification, build, check, specifications
+
+# Parameters that every node of ROS 2 has.
+OF_ROS = ('use_sim_time', 'start_type_description_service')
+
+
+class ParameterNode(Node):  # type: ignore[misc]
+    """A node whose parameters are the fields of a table; every accepted change is passed on.
+
+    Args:
+        name: of the node.
+        namespace: of the node; empty for that of the process.
+        table: its parameter table.
+
+    Attributes:
+        table: its parameter table.
+        parameters: the table with the present values.
+
+    Raises:
+        ParameterError: if a value is not accepted, or a parameter is not known.
+    """
+
+    def __init__(self, name: str, namespace: str, table: type[Any]) -> None:
+        super().__init__(name, namespace=namespace)
+        self.table = table
+        for specification in specifications(self.table).values():
+            self._declare(specification)
+        self.parameters = self._build({})
+        self._check_given()
+        self.add_on_set_parameters_callback(self._validate)
+        self.add_post_set_parameters_callback(self._apply)
+
+    def on_changes(self, changes: dict[str, Any]) -> None:
+        """Take the new values of parameters, by name; ``parameters`` has them already."""
+
+    def _declare(self, specification: Specification) -> None:
+        try:
+            self.declare_parameter(
+                specification.name, specification.default, describe(specification)
+            )
+        except ParameterException as error:
+            given = self._parameter_overrides.get(specification.name)
+            if given is not None:
+                specification.check(given.value)  # raises with a better text
+            raise ParameterError(str(error)) from error
+
+    def _check_given(self) -> None:
+        """Refuse undeclared parameters, which ROS drops silently."""
+        known = frozenset({*specifications(self.table), *OF_ROS})
+        blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
+        for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):
+            self.get_logger().warning(warning)
+        for name in (
+            set(self._parameter_overrides)
+            - known
+            - {key for block in blocks for key in block.parameters}
+        ):
+            check(self.table, name, None)  # raises, and lists the accepted names
+
+    def _build(self, changes: dict[str, Any]) -> Any:
+        """Return the table with some values changed; raise ParameterError if it refuses them."""
+        values = {
+            name: plain(self.get_parameter(name).value) for name in specifications(self.table)
+        }
+        return build(self.table, values | changes)
+
+    def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
+        own = specifications(self.table)
+        try:
+            changes = {p.name: plain(p.value) for p in parameters if p.name in own}
+            self._build(changes)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        own = specifications(self.table)
+        before = self.parameters
+        self.parameters = self._build(
+            {p.name: plain(p.value) for p in parameters if p.name in own}
+        )
+        changes = {
+            name: plain(value)
+            for name, value in vars(self.parameters).items()
+            if value != getattr(before, name)
+        }
+        if changes:
+            self.on_changes(changes)
