@@ -70,12 +70,17 @@ class Topic:
         """Return the topic of a robot among several, with its frame; of one alone the same."""
         if not robot:
             return self
-        return replace(self, name=f'{robot}/{self.name}', frame=frame_of(robot, self.frame))
+        return replace(self, name=full_name(robot, self.name), frame=frame_of(robot, self.frame))
+
+
+def full_name(robot: str, name: str) -> str:
+    """Return a name in the namespace of a robot among several; of one alone the name itself."""
+    return f'{robot}/{name}' if robot else name
 
 
 def frame_of(robot: str, frame: str) -> str:
-    """Return a frame of a robot among several; the world is common, and no frame is none."""
-    return f'{robot}/{frame}' if robot and frame not in ('', WORLD) else frame
+    """Return a frame of a robot among several; the world is common, and an empty one stays."""
+    return frame if frame in ('', WORLD) else full_name(robot, frame)
 
 
 IMU, WRENCH, JOINT_STATE = (

@@ -10,6 +10,7 @@ from typing import Any
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.node_registry import controllers, short_name, table_of
 from khr_common import specifications
+from khr_common.interfaces import full_name
 from khr_sim.run_parameters import GAIT
 
 Value = bool | float
@@ -31,7 +32,7 @@ class Tunable:
     @property
     def place(self) -> str:
         """Return the node with the namespace of its robot."""
-        return f'{self.robot}/{self.node}' if self.robot else self.node
+        return full_name(self.robot, self.node)
 
     @property
     def key(self) -> tuple[str, str]:

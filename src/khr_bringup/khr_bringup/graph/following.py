@@ -17,7 +17,7 @@ from khr_bringup.graph.wiring import START_TIMEOUT
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
-from khr_common.interfaces import DIAGNOSTICS, READY, TF, TF_STATIC, Topic
+from khr_common.interfaces import DIAGNOSTICS, FINISHED, READY, TF, TF_STATIC, Topic
 from khr_common.pacing import RealTime
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
@@ -158,28 +158,21 @@ def _owners(robots: Robots, record: bool) -> dict[str, str]:
 
     Topics with several publishers are skipped, and topics with the run's identity in each message.
     """
-    found = {
-        topic.name: each.node
-        for each in robots.members(record)
-        for topic in robots.publishes(each)
+    published = [(each.node, robots.publishes(each)) for each in robots.members(record)]
+    if (driver := robots.first.driver) is not None:
+        published.append((driver.name, [*driver.publishes]))
+    return {
+        topic.name: node
+        for node, topics in published
+        for topic in topics
         if not (topic.of_run or f'/{topic.name}'.endswith(OF_MANY))
-    }
-    driver = robots.first.driver
-    published = driver.publishes if driver else ()
-    return found | {
-        topic.name: driver.name
-        for topic in published
-        if driver and not (topic.of_run or f'/{topic.name}'.endswith(OF_MANY))
     }
 
 
 def _silent(view: View, simulator: str) -> str | None:
     """Return an error if the simulator has not reported before its timeout, else None."""
     silent = time.monotonic() - view.alive
-    if (
-        silent < (START_TIMEOUT if view.state == 'starting' else SILENCE)
-        or view.state == 'finished'
-    ):
+    if silent < (START_TIMEOUT if view.state == 'starting' else SILENCE) or view.state == FINISHED:
         return None
     return f'{simulator} has not reported for {silent:.0f} s'
 
@@ -204,7 +197,7 @@ def _unjudged(watcher: Watcher) -> str | None:
 
 def _unfinished(reports: Reports) -> str | None:
     """Return an error if parts of a finished run miss the timeout, else None."""
-    if reports.view.state != 'finished' or time.monotonic() - reports.news < START_TIMEOUT:
+    if reports.view.state != FINISHED or time.monotonic() - reports.news < START_TIMEOUT:
         return None
     return (
         'the run ended, but not all of it was received: ' + ', '.join(reports.behind)

@@ -15,7 +15,7 @@ from khr_analysis.outcome_values import outcome_of
 from khr_analysis.referee import Decision
 from khr_bringup.changes import Change, changes_in
 from khr_bringup.result import Progress
-from khr_common.interfaces import FINISHED
+from khr_common.interfaces import FINISHED, full_name
 from khr_common.pacing import RealTime
 from khr_common.run_identity import KEY, check_run, check_status, read_ready
 from khr_common.status_values import real
@@ -55,19 +55,7 @@ class View:
     @property
     def over(self) -> bool:
         """Return whether the run has ended, all listeners have received it, and it is judged."""
-        return self.state == 'finished' and not self.behind and (self.final or not self.judges)
-
-    @property
-    def progress(self) -> Progress:
-        """Return the progress of the run, and the nodes that it waits for."""
-        waiting = (
-            ', '.join(self.behind)
-            if self.state == 'finished'
-            else self.state_values.get('waiting_for')
-        )
-        return replace(
-            self.pace, state=one_line(f'waiting for {waiting}' if waiting else self.state)
-        )
+        return self.state == FINISHED and not self.behind and (self.final or not self.judges)
 
     @property
     def complaints(self) -> list[str]:
@@ -199,7 +187,7 @@ class Reports:
     def behind(self) -> list[str]:
         """List the listeners without the end of a finished run, with their progress."""
         return [
-            _labelled(space, text)
+            full_name(space, text)
             for space, view in self.views.items()
             if view.state == FINISHED
             for text in view.behind
@@ -209,7 +197,7 @@ class Reports:
     def unjudged(self) -> list[str]:
         """List the monitors without a verdict, and the referee."""
         missing = [
-            'the ' + _labelled(space, 'monitor')
+            'the ' + full_name(space, 'monitor')
             for space, view in self.views.items()
             if view.judges and not view.final
         ]
@@ -217,17 +205,24 @@ class Reports:
 
     @property
     def progress(self) -> Progress:
-        """Return the progress of the run; of several robots the rates are those of the first."""
+        """Return the progress of the run, and the nodes that it waits for.
+
+        Of several robots the rates are those of the first.
+        """
         paced = next((view for view in self.views.values() if view.judges), self.view)
-        shown = replace(paced.pace, state=self.view.progress.state)
-        behind = self.view.state == FINISHED and self.behind
-        return replace(shown, state=f'waiting for {", ".join(behind)}') if behind else shown
+        state = self.view.state
+        waiting = (
+            ', '.join(self.behind)
+            if state == FINISHED
+            else self.view.state_values.get('waiting_for')
+        )
+        return replace(paced.pace, state=one_line(f'waiting for {waiting}' if waiting else state))
 
     @property
     def complaints(self) -> list[str]:
         """Return the errors that nodes reported, and the messages that were refused."""
         return [
-            _labelled(space, text)
+            full_name(space, text)
             for space, view in self.views.items()
             for text in view.complaints
         ]
@@ -243,7 +238,3 @@ class Reports:
         self.decision = Decision(
             status.message, one_line(values.get('reason', '')), real(values, 'time_s')
         )
-
-
-def _labelled(space: str, text: str) -> str:
-    return f'{space}/{text}' if space else text

@@ -12,7 +12,17 @@ from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.offline import SIMULATOR
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.interfaces import CLOCK, DIAGNOSTICS, LOG, PUSH, STATE, TF, TF_STATIC, Topic
+from khr_common.interfaces import (
+    CLOCK,
+    DIAGNOSTICS,
+    LOG,
+    PUSH,
+    STATE,
+    TF,
+    TF_STATIC,
+    Topic,
+    full_name,
+)
 from khr_sim.run_parameters import RunParameters, robot_line
 
 PARAMETERS = 'parameters.yaml'
@@ -30,13 +40,12 @@ class Member(NamedTuple):
     @property
     def label(self) -> str:
         """Return its name with the namespace, such as ``red/gait``."""
-        return f'{self.robot}/{self.node}' if self.robot else self.node
+        return full_name(self.robot, self.node)
 
     @property
     def entry(self) -> str:
         """Return the argument by which a process runs it; see khr_common.nodes.run."""
-        entry = registry()[self.node].entry
-        return f'{self.robot}/{entry}' if self.robot else entry
+        return full_name(self.robot, registry()[self.node].entry)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from khr_bringup.result import Result
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD
+from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD, full_name
 from khr_common.run_identity import is_integer
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
@@ -148,10 +148,10 @@ def read_recorded(bag: Path, namespace: str = '') -> Recorded:
 
 
 def print_influences(changes: Iterable[Change], pushes: Iterable[str], robot: str = '') -> None:
-    """Print what came from outside while a run went on, with the name of a robot."""
+    """Print the changes and pushes that acted on a run, with the name of the robot in a bout."""
     for each in changes:
         after = 'from the start' if each.after_ns < 0 else f'after t = {each.after_ns / 1e9:.3f} s'
-        node = f'{robot}/{each.node}' if robot else each.node
+        node = full_name(robot, each.node)
         print(f'changed {node}.{each.parameter} to {each.value} {after}')
     for push in pushes:
         print(f'pushed {robot}{" " * bool(robot)}{push}')

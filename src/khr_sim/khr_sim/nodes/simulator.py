@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool
 
 from khr_common import KhrError
 from khr_common.block import NodeSpec
-from khr_common.interfaces import FINISHED, JOINTS, PUSH, PUSHED, READY, STATE, frame_of
+from khr_common.interfaces import FINISHED, JOINTS, PUSH, PUSHED, READY, STATE, frame_of, full_name
 from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
@@ -23,7 +23,7 @@ from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.metronome import Metronome
 from khr_sim.nodes.pushes import read_push
-from khr_sim.nodes.sources import full_name, is_gait, postures_of, targets_of, topic_of
+from khr_sim.nodes.sources import Sources
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.physics.body import Start
 from khr_sim.physics.truth import GroundTruth
@@ -60,10 +60,12 @@ class SimulatorNode(KhrNode):
         spaces = dict.fromkeys(['', *self._robots])
         self._states_out = [self.publisher(STATE.under(space)) for space in spaces]
         self._latency = Latency()
-        self._sources = [name for name in self.parameters.answers if name]
-        self._lockstep: Lockstep[JointAnswer] = Lockstep(self._sources, self.parameters.listeners)
-        for source in self._sources:
-            self.subscribe_bytes(topic_of(source), read_answer, partial(self._on_answer, source))
+        self._sources = Sources(self._robots, self.parameters.answers)
+        self._lockstep: Lockstep[JointAnswer] = Lockstep(
+            self._sources.names, self.parameters.listeners
+        )
+        for source, topic in self._sources.topics.items():
+            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
         for space in spaces:
             self.subscribe(READY.under(space), partial(self._on_ready, space))
         self._pushes_out = [self.publisher(PUSHED.under(robot)) for robot in self._robots]
@@ -117,9 +119,9 @@ class SimulatorNode(KhrNode):
     def _begin(self) -> None:
         """Put the robots on the ground, once each gait has given the first reference."""
         given = self._lockstep.barrier.given()
-        if all(source in given for source in self._sources if is_gait(source)):
+        if self._sources.gaits <= given.keys():
             self._started = True
-            self._publish(self.plant.start(postures_of(self._robots, given)))
+            self._publish(self.plant.start(self._sources.references(given)))
 
     def _publish(self, truths: Sequence[GroundTruth]) -> None:
         for output, truth in zip(self._outputs, truths, strict=True):
@@ -156,9 +158,8 @@ class SimulatorNode(KhrNode):
 
     def _answer(self, answers: Mapping[str, JointAnswer]) -> None:
         """Queue the answers to a sample; corrections are added in the order of the sources."""
-        decided = REFEREE in answers and answers[REFEREE].position[0]
-        targets = targets_of(self._robots, self._sources, answers)
-        self.plant.answer(targets, REFEREE if decided else '')
+        end = REFEREE if self._sources.decided(answers) else ''
+        self.plant.answer(self._sources.targets(answers), end)
 
     def _over(self) -> bool:
         """Return whether the run has ended; publish its end."""
@@ -177,7 +178,7 @@ class SimulatorNode(KhrNode):
     # ---- subscriptions ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
-        gait = is_gait(source)
+        gait = source in self._sources.gaits
         if gait and answer.name != JOINTS:
             raise MalformedError('not all joints in their order')
         if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:
@@ -192,7 +193,7 @@ class SimulatorNode(KhrNode):
 
     def _contradicted(self, source: str, stamp_ns: int) -> None:
         """Reject a contradicting answer; end the run if a second publisher may have sent it."""
-        topic = topic_of(source)
+        topic = self._sources.topics[source]
         if self.count_publishers(topic.name) > 1:
             problem = f'another answer to t = {stamp_ns / 1e9:.3f} s than before'
             self._abort(f'{topic.name}: {problem}, from {self.senders(topic)}')
@@ -214,9 +215,8 @@ class SimulatorNode(KhrNode):
             raise MalformedError(str(error)) from error
         message.header.frame_id = frame_of(robot, push.frame)
         restamp(message.header.stamp, round(push.start * 1e9))
-        self._pushes_out[number].publish(
-            message
-        )  # with its exact start and frame, for the recorder
+        # With its exact start and frame, for the recorder.
+        self._pushes_out[number].publish(message)
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         able = self.state in ('running', 'paused')
@@ -241,7 +241,7 @@ class SimulatorNode(KhrNode):
         fresh = {
             source: answer
             for source, answer in answers.items()
-            if is_gait(source) or answer.stamp_ns >= oldest
+            if source in self._sources.gaits or answer.stamp_ns >= oldest
         }
         self._punctuality.stale += len(answers) - len(fresh)
         try:

@@ -13,6 +13,7 @@ from std_srvs.srv import SetBool
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import table_of
 from khr_common.errors import KhrError
+from khr_common.interfaces import full_name
 from khr_common.nodes.ros_parameters import value_of
 from khr_common.parameters import check
 from khr_common.run_identity import MalformedError
@@ -156,8 +157,7 @@ class RunClient:
             MalformedError: if a parameter does not accept its value.
         """
         for change in changes:
-            place = f'{robot}/{change.node}' if robot else change.node
-            tunable = self._by_key.get((place, change.parameter))
+            tunable = self._by_key.get((full_name(robot, change.node), change.parameter))
             if tunable is not None and tunable.key not in self._pending:
                 self._changed(tunable, _checked(tunable, change.value))
 

@@ -105,7 +105,8 @@ values = st.dictionaries(st.sampled_from([*FIGURES, *QUANTITIES]) | st.text(), t
 
 @given(st.sampled_from(['monitor', 'simulator', 'x']), texts, values)
 def test_whatever_a_message_says_is_taken_or_refused(name, message, values):
-    view = View()
+    reports = Reports([])
+    view = reports.view
     for action in (
         lambda: view.take_diagnostics(DiagnosticArray(status=[status(name, message, values)])),
         lambda: view.take_state(status(name, message, values), ''),
@@ -115,7 +116,8 @@ def test_whatever_a_message_says_is_taken_or_refused(name, message, values):
             action()
         except MalformedError as error:
             view.refuse(str(error))
-    assert len(view.progress.state) <= 200 and view.progress.state.isprintable()
+    state = reports.progress.state
+    assert len(state) <= 200 and state.isprintable()
     assert not view.judged
     assert sum(view.refused.values()) == sum(
         int(line.split('; ')[-1].split()[0]) for line in view.complaints[len(view.warnings) :]
