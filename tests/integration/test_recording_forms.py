@@ -227,12 +227,12 @@ def test_a_split_bag_whose_last_file_is_cut_is_recovered(run, tmp_path, compress
         last.unlink()
     content = (plain / 'split_10.mcap').read_bytes()
     (bag / 'split_10.mcap').write_bytes(content[: len(content) // 2])
-    left = contents_of(bag).series.pitch.tolist()
+    left = contents_of(bag).series.pitch  # NaN for a sample without this topic before the cut
     found = recover(tmp_path)
     assert found.bag == bag and found.kept == tmp_path / 'bag.cut'
     assert sorted(each.name for each in bag.iterdir()) == ['bag.mcap', 'metadata.yaml']
     assert recover(tmp_path) is None
-    assert RecordedRun(bag).series.pitch.tolist() == left
+    np.testing.assert_array_equal(RecordedRun(bag).series.pitch, left)
     assert len(left) >= 14, 'the whole files'
 
 
