@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.offline import run_bout
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 

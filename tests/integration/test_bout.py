@@ -8,7 +8,7 @@ from PIL import Image
 
 from khr.runs import load
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.offline import run_bout
 from khr_bringup.bout.recorded import played
 from khr_view.charts.charts import BLUE, RED
 from khr_view.model.shapes import shapes

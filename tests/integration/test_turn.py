@@ -5,7 +5,7 @@ from math import atan2, degrees, hypot
 import pytest
 
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.offline import run_bout
 
 CYCLES = 2
 

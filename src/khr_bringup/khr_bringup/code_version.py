@@ -32,7 +32,7 @@ SOURCES = (
     ('khr_analysis', 'outcome_measures.py'),
     ('khr_analysis', 'referee.py'),
     ('khr_bringup', 'bout/bout.py'),
-    ('khr_bringup', 'bout/fight.py'),
+    ('khr_bringup', 'bout/offline.py'),
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'recorded/run_signals.py'),
 )

@@ -55,11 +55,23 @@ def run_to_end(
         if session is None
         else nullcontext(session.next_run(scenario.name, folder))
     ) as entry:
-        write_entry(entry)
         callbacks.started(entry)
-        noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
-        (result,) = run_graph(Robots.alone(scenario), folder, entry, options, noted)
+        (result,) = run_robots(Robots.alone(scenario), folder, entry, options, callbacks)
         return result
+
+
+def run_robots(
+    robots: Robots,
+    folder: Path,
+    entry: RunEntry,
+    options: RunOptions,
+    callbacks: Callbacks,
+    scenario_file: Path | None = None,
+) -> list[Result]:
+    """Run a graph, and keep its state in the register; see :func:`run_graph`."""
+    write_entry(entry)
+    noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
+    return run_graph(robots, folder, entry, options, noted, scenario_file)
 
 
 def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:

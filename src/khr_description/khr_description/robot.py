@@ -59,7 +59,10 @@ SUIT, SUITS = 'rgba="0.12 0.25 0.62 1"', {'red': 'rgba="0.72 0.12 0.10 1"'}
 
 def dressed(urdf: str, name: str) -> str:
     """Return the description of a robot in a suit of its own, by its name in a bout."""
-    return urdf.replace(SUIT, SUITS.get(name, SUIT))
+    if name not in SUITS:
+        return urdf
+    assert SUIT in urdf
+    return urdf.replace(SUIT, SUITS[name])
 
 
 class Robot:

@@ -10,7 +10,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import khr
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.offline import run_bout
 from tests import ROOT
 
 SHORT = {'referee.time_limit': 0.3}

@@ -16,7 +16,7 @@ from khr.cli.summary import print_line
 from khr.progress import show_run
 from khr_analysis.referee import DRAW
 from khr_bringup.bout.bout import Bout
-from khr_bringup.bout.fight import BoutResult
+from khr_bringup.bout.result import BoutResult
 from khr_bringup.bout.running import run_to_decision
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions

@@ -9,7 +9,7 @@ from typing import Any
 from khr_analysis.outcome_values import values_of
 from khr_analysis.recording import Recording
 from khr_bringup.bout.bout import Bout
-from khr_bringup.bout.fight import Round
+from khr_bringup.bout.result import Round
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
 from khr_common.cdr import MessageTemplate
@@ -37,13 +37,7 @@ class RoundBag:
         self._outputs: dict[tuple[str, Topic], Output] = {}
         self._truths: dict[str, TruthPublisher] = {}
         for number, (robot, scenario) in enumerate(bout.robots.items()):
-            writer = _Writer(self)
-            self._truths[robot] = TruthPublisher(
-                writer,  # type: ignore[arg-type]  # it takes any node that makes publishers
-                Robot.load().urdf,
-                robot,
-                clock=not number,
-            )
+            self._truths[robot] = TruthPublisher(self, Robot.load().urdf, robot, clock=not number)
             self._truths[robot].describe()
             specs = [spec_of(node) for node in scenario.nodes]
             self._topics[robot] = [
@@ -54,7 +48,7 @@ class RoundBag:
                 if topic.flow == 'period'
             ]
             for topic in self._topics[robot]:
-                self._outputs[robot, topic] = writer.output(topic.under(robot))
+                self._outputs[robot, topic] = self.output(topic.under(robot))
 
     def take(self, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]) -> None:
         """Write a sample."""
@@ -70,9 +64,8 @@ class RoundBag:
         """Write the end of the round, if it has one, and finish the bag."""
         for robot, outcome in ended.outcomes.items() if ended else ():
             assert ended is not None
-            writer = _Writer(self)
             verdict = {name: str(value) for name, value in values_of(outcome).items()}
-            writer.publisher(OUTCOME.under(robot)).publish(
+            self.publisher(OUTCOME.under(robot)).publish(
                 status('monitor', outcome.verdict, verdict)
             )
             values = {
@@ -80,37 +73,28 @@ class RoundBag:
                 'end': ended.decision.reason,
                 'trajectory_hash': ended.trajectory_hash,
             }
-            writer.publisher(STATE.under(robot)).publish(status('simulator', FINISHED, values))
+            self.publisher(STATE.under(robot)).publish(status('simulator', FINISHED, values))
         self._recording.close()
-
-    def add(self, name: str, topic: Topic) -> None:
-        """Add a topic by its full name."""
-        self._recording.add_topic(name, topic.kind, topic.flow == 'latched')
-
-    def write(self, name: str, data: bytes) -> None:
-        """Write a message at the time of the last sample."""
-        self._recording.write(name, data, self._now_ns)
-
-
-class _Writer:
-    """Publishers that write to the bag."""
-
-    def __init__(self, bag: RoundBag) -> None:
-        self._bag = bag
 
     def publisher(self, topic: Topic) -> Any:
         """Return a publisher of a topic, which is added to the bag."""
         name = f'/{topic.name}'
-        self._bag.add(name, topic)
-        return _Publisher(self._bag, name)
+        self._recording.add_topic(name, topic.kind, topic.flow == 'latched')
+        return _Publisher(self, name)
 
     def output(self, topic: Topic, message: Any = None) -> Output:
         """Return an output of a periodic topic."""
         form = MessageTemplate(serialized(message or blank_message(topic)))
         return Output(self.publisher(topic), form)
 
+    def write(self, name: str, data: bytes) -> None:
+        """Write a message at the time of the last sample."""
+        self._recording.write(name, data, self._now_ns)
+
 
 class _Publisher:
+    """A publisher of one topic that writes to the bag."""
+
     def __init__(self, bag: RoundBag, name: str) -> None:
         self._bag, self._name = bag, name
 

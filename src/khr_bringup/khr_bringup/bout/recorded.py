@@ -11,7 +11,8 @@ from typing import Any
 from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
 from khr_bringup.bout.bout import Bout, is_bout, parse_bout
-from khr_bringup.bout.fight import FILE, BoutResult, Influences, run_bout, write_bout
+from khr_bringup.bout.offline import Influences, run_bout
+from khr_bringup.bout.result import FILE, BoutResult, write_bout
 from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
 from khr_bringup.offline import ControlLoop

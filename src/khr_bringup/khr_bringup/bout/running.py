@@ -9,15 +9,15 @@ from pathlib import Path
 from khr_analysis.outcome import Outcome
 from khr_analysis.referee import RED
 from khr_bringup.bout.bout import Bout
-from khr_bringup.bout.fight import BoutResult, Round, fight, write_bout
 from khr_bringup.bout.recorded import folder_of_round, record_bout, write_scenario
+from khr_bringup.bout.result import BoutResult, Round, fight, write_bout
 from khr_bringup.graph.following import Callbacks
-from khr_bringup.graph.graph import RunOptions, run_graph
+from khr_bringup.graph.graph import RunOptions
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import RunEntry, check_domain, registered, write_entry
+from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
-from khr_bringup.running import note_progress
+from khr_bringup.running import run_robots
 from khr_common import RunError
 
 
@@ -68,16 +68,13 @@ class _Rounds:
         robots = robots_of(self._bout, number)
         folder = folder_of_round(self._folder, number)
         folder.mkdir(mode=0o700)
-        entry = self._entry.next_run(self._bout.name, self._folder)
-        write_entry(entry)
-        noted = note_progress(entry, self._show)
-        results = run_graph(
+        results = run_robots(
             robots,
             folder,
-            entry,
+            self._entry.next_run(self._bout.name, self._folder),
             self._options,
-            replace(self._callbacks, progress=noted),
-            scenario_file=self._folder / SCENARIO,
+            replace(self._callbacks, progress=self._show),
+            self._folder / SCENARIO,
         )
         self._before += results[0].time
         return round_of(dict(zip(robots.scenarios, results, strict=True)), number)

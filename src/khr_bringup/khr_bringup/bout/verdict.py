@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from khr_bringup.bout.bout import parse_bout
-from khr_bringup.bout.fight import BoutResult, write_bout
 from khr_bringup.bout.recorded import folder_of_round
+from khr_bringup.bout.result import BoutResult, write_bout
 from khr_bringup.bout.running import robots_of, round_of
 from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.wiring import WIRING, Wiring

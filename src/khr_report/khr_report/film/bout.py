@@ -15,8 +15,9 @@ from PIL import Image, ImageChops, ImageDraw, ImageFont
 from khr_analysis.outcome import Outcome
 from khr_analysis.referee import DRAW, RED, ROBOTS
 from khr_bringup.bout.bout import Bout, load_bout
-from khr_bringup.bout.fight import BoutResult, Influences, run_bout
+from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.recorded import influences_on, recorded_bout
+from khr_bringup.bout.result import BoutResult
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.control_text import control_of
 from khr_common import RunError

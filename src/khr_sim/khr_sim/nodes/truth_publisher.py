@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -17,25 +19,35 @@ from khr_common.interfaces import (
     TRUE_POSE,
     TRUE_SOLES,
     WORLD,
+    Topic,
     frame_of,
 )
-from khr_common.nodes.messages import blank_vector
-from khr_common.nodes.node import KhrNode
+from khr_common.nodes.messages import Output, blank_vector
 from khr_description.robot import dressed
 from khr_sim.physics.truth import SIGNALS, GroundTruth
+
+
+class Publishers(Protocol):
+    """Makes publishers: a node, or a bag that is written without a graph."""
+
+    def publisher(self, topic: Topic) -> Any:
+        """Create a publisher."""
+
+    def output(self, topic: Topic, message: Any = None) -> Output:
+        """Create a publisher of a periodic topic; see :class:`khr_common.nodes.node.KhrNode`."""
 
 
 class TruthPublisher:
     """Publish the ground truth of a robot: signals, and the derivatives in their messages.
 
     Args:
-        node: that has the publishers.
+        node: makes the publishers.
         urdf: the description of the robot.
         robot: its namespace; empty for one robot alone.
         clock: whether to publish the clock too, in the namespace of the node.
     """
 
-    def __init__(self, node: KhrNode, urdf: str, robot: str = '', clock: bool = True) -> None:
+    def __init__(self, node: Publishers, urdf: str, robot: str = '', clock: bool = True) -> None:
         blanks = [BLANK] * len(JOINTS)
         odometry = Odometry(child_frame_id=frame_of(robot, BODY))
         odometry.header.frame_id, odometry.pose.pose = WORLD, _blank_pose()

@@ -19,7 +19,7 @@ import pandas as pd
 from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import Bout, load_bout
-from khr_bringup.bout.fight import run_bout
+from khr_bringup.bout.offline import run_bout
 from khr_common.maths.seeding import generator
 from khr_studies.measuring.condition import INITIAL_TILT_DEG
 from khr_studies.measuring.run_table import measure, newcombe

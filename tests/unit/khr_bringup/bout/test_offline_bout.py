@@ -3,7 +3,7 @@
 import pytest
 
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.fight import Influences, run_bout
+from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.changes import Change
 
 SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.75'])
