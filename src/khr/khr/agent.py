@@ -1,4 +1,4 @@
-"""A robot as an agent: its observation, and what its action does."""
+"""A robot as an agent: its observation and its action."""
 
 from __future__ import annotations
 

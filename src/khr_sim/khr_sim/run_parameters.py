@@ -18,7 +18,7 @@ from khr_sim.physics.push import Push
 LONGEST_ARM = 1.0  # m from the origin of a link to the point of a push
 
 GAIT, REFEREE = 'gait', 'referee'
-# What robots of one world may have apart.
+# Parameters that may differ between the robots of one world.
 OF_ROBOT = ('seed', 'initial_tilt_deg', 'zero_error_deg', 'pushes')
 SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
 
@@ -52,7 +52,7 @@ class RunParameters(SimulatorParameters):
     robots: tuple[str, ...] = parameter(
         ('',),
         'Robots of a bout, each as JSON: its name, its start (x and y in m, heading in deg), and '
-        'those of these parameters that differ between robots. Empty for one robot.',
+        'the parameters that differ between robots. Empty for one robot.',
         wiring=True,
     )
     listeners: tuple[str, ...] = parameter(

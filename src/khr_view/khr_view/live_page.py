@@ -26,7 +26,7 @@ class LivePage:
     Attributes:
         display, panel: of the page.
         session: of the runs.
-        robots: names of those that are shown.
+        robots: names of the robots on the page.
         at_the_end: as the reader has chosen.
         attempts: the runs that have ended.
     """

@@ -175,7 +175,7 @@ def _recorded_sides(folder: Path, rounds: int) -> dict[tuple[int, str], SideBySi
 
 
 def influences_on(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str], Influences]:
-    """Return what the bags of a bout say came from outside, by round from 0 and robot.
+    """Return the recorded changes and pushes that acted on a bout, by round from 0 and robot.
 
     Changes of the simulator, which is at the root, are those of both robots.
     """

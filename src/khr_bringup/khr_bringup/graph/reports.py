@@ -61,8 +61,8 @@ class View:
     def complaints(self) -> list[str]:
         """Return the errors that nodes reported, and the messages that were refused."""
         return self.warnings + [
-            f'{what}; {count} message{"s" if count > 1 else ""}'
-            for what, count in self.refused.items()
+            f'{reason}; {count} message{"s" if count > 1 else ""}'
+            for reason, count in self.refused.items()
         ]
 
     @property
@@ -128,10 +128,10 @@ class View:
             if status.level == DiagnosticStatus.ERROR:
                 self._warn(one_line(f'{status.name}: {status.message}'))
 
-    def refuse(self, what: str) -> None:
-        """Count a message that is not accepted, by its topic and the reason."""
-        known = what in self.refused or len(self.refused) < MOST_WARNINGS
-        self.refused[what if known else 'refused for other reasons'] += 1
+    def refuse(self, reason: str) -> None:
+        """Count a message that is not accepted, by the reason, which begins with its topic."""
+        known = reason in self.refused or len(self.refused) < MOST_WARNINGS
+        self.refused[reason if known else 'refused for other reasons'] += 1
 
     def _warn(self, text: str) -> None:
         if text not in self.warnings and len(self.warnings) < MOST_WARNINGS:

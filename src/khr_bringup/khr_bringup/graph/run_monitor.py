@@ -36,7 +36,7 @@ class Watcher(Node):  # type: ignore[misc]
         run: identity of the run; messages of other runs are refused.
         owners: the one node that may publish each of these topics.
         switch: ends the run for another scenario; None if this run has no successor.
-        sensors: topics of a driver, whose samples are needed to judge the run.
+        sensors: topics of a driver with the samples that a verdict needs.
         judged: namespaces with a monitor, of robots in one world; one robot alone is at the root.
         referee: whether a referee decides the run.
 

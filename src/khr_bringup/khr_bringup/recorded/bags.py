@@ -114,7 +114,7 @@ def robots_in(bag: Path) -> list[str]:
     try:
         with opened(existing_bag(bag)) as storage:
             names = [each.topic for each in storage.connections]
-    except Exception:  # a damaged file fails in many ways; who reads it says so
+    except Exception:  # a damaged file fails in many ways; its reader raises the error
         return []
     suffix = f'/{TRUE_POSE.name}'
     found = [name.removesuffix(suffix).strip('/') for name in names if name.endswith(suffix)]

@@ -206,7 +206,7 @@ class RecordedRun:
 
     @property
     def pushes(self) -> list[Event]:
-        """Return the pushes that the scenario times, and those that came over the topic."""
+        """Return the pushes of the scenario and the pushes received over the topic."""
         timed = timed_pushes(self.parameters.table(RunParameters).pushes)
         return [*timed, *map(received_push, self.messages[PUSHED])]
 

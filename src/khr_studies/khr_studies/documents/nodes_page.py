@@ -73,7 +73,7 @@ def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str
 
 
 def _of_any(topic: Topic) -> Topic:
-    """Return the topic of whatever robot, for that of one robot of a bout."""
+    """Return a topic without the namespace of a robot of a bout."""
     robot, _, name = topic.name.partition('/')
     return replace(topic, name=name) if robot in ROBOTS else topic
 

@@ -44,7 +44,7 @@ ROOT = Path('runs/fights')
 
 @dataclass(frozen=True)
 class Fight:
-    """What is equal in all bouts of a cell.
+    """The condition of a cell: all but the draws of each bout.
 
     Attributes:
         bout: name of a bout that is shipped.
@@ -91,7 +91,7 @@ class Fight:
         made += [f'{BLUE}.recovery.enabled=true'] if self.recovery else []
         return made
 
-    def made(self, seed: int) -> Bout:
+    def bout_of(self, seed: int) -> Bout:
         """Return one bout."""
         engine = f'simulator.engine={self.engine}'
         return load_bout(self.bout).set_to([engine, *self.settings(seed)])
@@ -149,7 +149,7 @@ def study(bouts: int = 50, workers: int | None = None, quiet: bool = False) -> p
             kept,
             fight_once,
             [
-                ({**asdict(fight), 'seed': seed}, (fight.made(seed),))
+                ({**asdict(fight), 'seed': seed}, (fight.bout_of(seed),))
                 for seed in range(1, 1 + bouts)
                 for fight in (*PLAN, *(CHECKED if seed <= CHECKS else ()))
             ],
@@ -197,7 +197,7 @@ def compared(cells: pd.DataFrame) -> list[Row]:
     """Compare the cells that differ in one means alone; see :func:`effect`.
 
     Returns:
-        For each pair the row of the cell with the means, and what it is compared to: ``robot``,
+        For each pair the row of the cell with the means, extended by the comparison: ``robot``,
         ``column``, ``without``, ``having``, ``won`` and ``lost`` (difference of the shares with its
         interval), ``effect``.
     """
@@ -222,7 +222,7 @@ def _differences(robot: str, before: Mapping[str, Any], after: Mapping[str, Any]
 
 
 def effect(won: tuple[float, float, float], lost: tuple[float, float, float]) -> str:
-    """Return ``better``, ``worse``, ``both`` or ``none`` for what a means does to a fighter.
+    """Return the effect of a means on a fighter: ``better``, ``worse``, ``both`` or ``none``.
 
     Args:
         won, lost: difference of the share of victories and of defeats, with its interval.
@@ -233,7 +233,7 @@ def effect(won: tuple[float, float, float], lost: tuple[float, float, float]) ->
 
 
 def verdict(comparisons: list[Row]) -> str:
-    """Return what the criterion says of comparisons: ``wins``, ``loses`` or ``neither``."""
+    """Return the verdict of the criterion on comparisons: ``wins``, ``loses`` or ``neither``."""
     effects = [row['effect'] for row in comparisons]
     if effects.count('better') > len(effects) / 2:
         return 'wins'

@@ -37,7 +37,7 @@ class SeenRobot:
     Attributes:
         name: of the robot.
         robot: its description; None before it has come.
-        run, scene, traces: what is known of it.
+        run, scene, traces: its state, pose and signals so far.
         reports: of the topics that are not periodic.
     """
 
@@ -51,7 +51,8 @@ class SeenRobot:
         client: RunClient,
         described: Callable[[], None],
     ) -> None:
-        self.name, self.robot, self._described = name, None, described
+        self.name, self._described = name, described
+        self.robot: Robot | None = None
         self.run, self.scene, self.traces = LiveRun(), LiveScene(), Traces()
         topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
         self._samples = LatestMessages(node, topics, DEPTH, name)
@@ -68,8 +69,6 @@ class SeenRobot:
             name,
             number,
         )
-
-    robot: Robot | None
 
     def _on_robot(self, robot: Robot) -> None:
         self.robot = robot

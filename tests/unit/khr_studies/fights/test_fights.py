@@ -66,7 +66,7 @@ def test_all_fights_of_a_seed_have_the_same_draws_within_their_range():
     for seed in (1, 2):
         starts = set()
         for fight in (*PLAN, *CHECKED):
-            bout, own = load_bout(fight.bout), fight.made(seed)
+            bout, own = load_bout(fight.bout), fight.bout_of(seed)
             for before, after, back in zip(
                 (bout.rules.red_start, bout.rules.blue_start),
                 (own.rules.red_start, own.rules.blue_start),
@@ -83,14 +83,16 @@ def test_all_fights_of_a_seed_have_the_same_draws_within_their_range():
 
 
 def test_a_fight_differs_from_its_bout_by_its_gains_stance_and_recovery():
-    robots = Fight(SHOVE, 18.0, 0.0, 'guard').made(1).robots
+    robots = Fight(SHOVE, 18.0, 0.0, 'guard').bout_of(1).robots
     assert robots['red'].of('ankle_controller')['gain'] == 18.0
     assert robots['blue'].of('ankle_controller')['enabled'] is False
     assert robots['blue'].of('gait')['motion'] == 'guard'
     assert 'recovery' not in robots['blue'].nodes
-    stepping = Fight(SHOVE, 12.0, 12.0, 'stand', recovery=True).made(1).robots
+    stepping = Fight(SHOVE, 12.0, 12.0, 'stand', recovery=True).bout_of(1).robots
     assert 'recovery' in stepping['blue'].nodes and 'recovery' not in stepping['red'].nodes
-    delays = [each.of('gait')['start_delay'] for each in Fight(DUEL, 0, 0).made(1).robots.values()]
+    delays = [
+        each.of('gait')['start_delay'] for each in Fight(DUEL, 0, 0).bout_of(1).robots.values()
+    ]
     assert len(set(delays)) == 2 and all(1.0 <= delay <= 3.0 for delay in delays)
 
 
@@ -152,7 +154,7 @@ def test_the_page_is_that_of_its_bouts_and_a_bout_repeats():
     assert page(table, 'fights') == (DOCS / 'fights.md').read_text(encoding='utf-8')
     assert len(judged(compared(counted(table)))) == 15
     row = table[(table['bout'] == DUEL) & (table['engine'] == 'mujoco')].iloc[4]
-    again = fight_once(Fight(DUEL, row['red_ka'], row['blue_ka']).made(int(row['seed'])))
+    again = fight_once(Fight(DUEL, row['red_ka'], row['blue_ka']).bout_of(int(row['seed'])))
     assert again == {name: row[name] if row.notna()[name] else None for name in again}
 
 

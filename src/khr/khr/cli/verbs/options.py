@@ -187,7 +187,7 @@ def refuse_offline(
     Args:
         offline: whether there is none.
         one_process, domain, network: the options.
-        more: further ones: name, whether it is given, and what it needs of a graph.
+        more: further options: name, whether it is given, and the part of a graph that is missing.
 
     Raises:
         KhrError: naming the first option.
