@@ -129,6 +129,21 @@ def test_a_film_of_a_bout_takes_no_other_robot(fought, arguments):
     assert 'not accepted of a bout' in ended.err
 
 
+@pytest.mark.parametrize('verb', ['report', 'export', 'lines'])
+def test_verbs_of_one_robot_ask_for_it_of_a_whole_bout(fought, tmp_path, verb):
+    folder = fought[0]
+    ended = khr(verb, folder)
+    assert (ended.code, ended.err.count('\n')) == (2, 1)
+    assert 'namespace: needed, there are several robots; accepted: /blue, /red' in ended.err
+
+
+def test_the_first_round_of_a_bout_is_exported(fought, tmp_path):
+    file = tmp_path / 'blue.csv'
+    ended = khr('export', fought[0], '--namespace', 'blue', '--out', file)
+    assert ended.code == 0, ended.err
+    assert file.read_text().startswith('"time, s",')
+
+
 def test_an_interrupted_bout_is_one_line_and_keeps_its_bag(tmp_path):
     folder = tmp_path / 'bout'
     process = start_khr('bout', 'shove_guard', *SHORT[:3], '--out', folder)

@@ -10,7 +10,7 @@ from typing import Any
 
 from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
-from khr_bringup.bout.bout import Bout, is_bout, parse_bout
+from khr_bringup.bout.bout import Bout, parse_bout
 from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.result import FILE, BoutResult, write_bout
 from khr_bringup.changes import changes_in
@@ -83,8 +83,8 @@ def bag_of_round(folder: Path, number: int) -> Path:
 
 def played(source: Path) -> Path:
     """Return the folder of the first round if a source is the folder of a bout, else the source."""
-    recorded = source.is_dir() and is_bout(str(source))
-    return folder_of_round(source, 0) if recorded else source
+    first = folder_of_round(source, 0)
+    return first if first.is_dir() else source
 
 
 def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:

@@ -164,6 +164,13 @@ def run_named(name: str) -> Path:
     return max(folders, key=lambda folder: folder.stat().st_mtime)
 
 
+def recording_named(name: str) -> Path:
+    """Return the folder of a run, as :func:`run_named`; of a bout that of its first round."""
+    from khr_bringup.bout.recorded import played
+
+    return played(run_named(name))
+
+
 def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
     """Warn on stderr of parameters changed by ``--set`` that have no effect, with the reason."""
     off = scenario.switched_off(scenarios.changes_of(texts))

@@ -7,7 +7,13 @@ from typing import Annotated
 
 import typer
 
-from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption, run_named
+from khr.cli.verbs.options import (
+    AxisOption,
+    NamespaceOption,
+    TopicOption,
+    recording_named,
+    run_named,
+)
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import is_bout
 from khr_common.errors import KhrError
@@ -99,11 +105,11 @@ def report(
             raise KhrError(
                 f'--out: {str(out)!r} is not accepted with --against; accepted: a name in .html'
             )
-        draw_run(run_named(str(run)), out, namespace)
+        draw_run(recording_named(str(run)), out, namespace)
         print(out)
         return
-    other = run_named(str(against)) if against else None
-    print(write(run_named(str(run)), other, out, topic, axis, namespace))
+    other = recording_named(str(against)) if against else None
+    print(write(recording_named(str(run)), other, out, topic, axis, namespace))
 
 
 def verify_bag(
@@ -169,7 +175,7 @@ def export(
     writers = {'.csv': pyarrow.csv.write_csv, '.parquet': pyarrow.parquet.write_table}
     if file.suffix not in writers:
         raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.parquet')
-    loaded = load(folder, namespace=namespace)
+    loaded = load(recording_named(str(run)), namespace=namespace)
     table = loaded.table()
     if file.suffix == '.csv':  # one column for each signal, with its unit and angles in deg
         balance = {f'{name}, m': table[name] for name in table.column_names if 'balance' in name}

@@ -25,8 +25,8 @@ from khr.cli.verbs.options import (
     ScenarioArgument,
     SetOption,
     ViewOption,
+    recording_named,
     refuse_offline,
-    run_named,
     settings_of,
     warn_of_switched_off,
 )
@@ -180,14 +180,13 @@ def view(
     from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
     from khr_bringup.bout.bout import is_bout, load_bout
-    from khr_bringup.bout.recorded import played
     from khr_bringup.graph.graph import RunOptions
     from khr_bringup.recorded.storage import is_recording
     from khr_view.viewing import Viewing, play
 
-    source = str(played(run_named(source)))
+    source = str(recording_named(source))
     if against is not None or Path(source).is_dir() or is_recording(Path(source)):
-        both = [Path(source), *([run_named(str(against))] if against else [])]
+        both = [Path(source), *([recording_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
     if namespace:

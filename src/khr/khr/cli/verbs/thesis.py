@@ -19,7 +19,7 @@ from khr.cli.verbs.options import (
     SetOption,
     ToleranceOption,
     TopicOption,
-    run_named,
+    recording_named,
 )
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
@@ -129,7 +129,7 @@ def lines(
     from khr_common.files import write_text
     from khr_studies.peak_origin import page, recorded, study
 
-    path = run_named(scenario)
+    path = recording_named(scenario)
     if topic or axis or namespace or path.is_dir() or is_recording(path):
         text = page.recorded_page(recorded.peaks_of_recording(path, topic, axis, namespace))
     else:
