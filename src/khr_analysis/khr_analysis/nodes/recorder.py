@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
+from khr_common.nodes.node import MATCH_PERIOD, KhrNode
 from khr_common.run_identity import MalformedError, check_run
 from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
 from khr_common.text.strict_yaml import read_file
@@ -82,9 +84,23 @@ class RecorderNode(Listener):
         }
         self._samples = ExactTimeSynchronizer[str](tuple(self._kinds))
         self._recording: Recording | None = self._open()
-        for name, topic in self._topics.items():
-            self._subscribe_to(name, topic)
+        self._handed: list[str] = []  # topics of nodes in this process
+        # Of those that another process publishes as well: messages that the subscription will
+        # bring a second time.
+        self._own: dict[str, deque[bytes]] = {}
         self._idle_spins = 0
+
+    def join(self, others: Sequence[KhrNode]) -> None:
+        """Take periodic messages from nodes of this process directly, others by subscription."""
+        for output in (each for node in others for each in node.outputs):
+            if output.topic_name in self._topics:
+                self._handed.append(output.topic_name)
+                output.hand_to(partial(self._on_handed, output.topic_name))
+        for name in self._topics.keys() - self._handed:
+            on_log = self._topics[name] == LOG
+            self._subscribe_to(name, self._on_log if on_log else self._on_message)
+        if self._handed:
+            self.by_wall_clock(MATCH_PERIOD, self._subscribe_to_others)
 
     def settled(self) -> bool:
         """Return whether the queues are drained: no message arrived in the last spins."""
@@ -117,9 +133,16 @@ class RecorderNode(Listener):
                 self.get_logger().warning(str(error))
         return recording
 
-    def _subscribe_to(self, name: str, topic: Topic) -> None:
+    def _subscribe_to_others(self) -> None:
+        for name in self._handed:
+            if name not in self._own and self.count_publishers(name) > 1:
+                self._own[name] = deque(maxlen=DEPTH.depth)
+                self._subscribe_to(name, self._on_shared)
+
+    def _subscribe_to(self, name: str, callback: Callable[[str, bytes], None]) -> None:
+        topic = self._topics[name]
         kind = message_class(topic.kind)
-        receive = partial(self._on_log if topic == LOG else self._on_message, name)
+        receive = partial(callback, name)
 
         def subscription(qos: QoSProfile) -> object:
             return self.create_subscription(kind, name, receive, qos, raw=True)
@@ -139,6 +162,17 @@ class RecorderNode(Listener):
             self.refuse(LOG, f'no readable {LOG.kind}')
             return
         if source.rpartition('/')[0] in self._spaces:
+            self._on_message(name, data)
+
+    def _on_handed(self, name: str, data: bytes) -> None:
+        if name in self._own:
+            self._own[name].append(data)
+        self._on_message(name, data)
+
+    def _on_shared(self, name: str, data: bytes) -> None:
+        try:
+            self._own[name].remove(data)
+        except ValueError:
             self._on_message(name, data)
 
     def _on_message(self, name: str, data: bytes) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -120,6 +120,22 @@ class Output:
     def __init__(self, publisher: Publisher, form: MessageTemplate) -> None:
         self._publisher, self._form = publisher, form
         self._data = b''
+        self._receive: Callable[[bytes], None] | None = None
+
+    @property
+    def topic_name(self) -> str:
+        """Return the full name of the topic."""
+        return str(self._publisher.topic_name)
+
+    def hand_to(self, receive: Callable[[bytes], None] | None) -> None:
+        """Hand each message that is published to a receiver in this process as well.
+
+        The middleware takes some 40 us to bring a message to a subscription of the same process.
+
+        Args:
+            receive: called with the serialized message; None to stop.
+        """
+        self._receive = receive
 
     def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:
         """Fill in a stamp and, from the first blank to the last, the numbers."""
@@ -128,3 +144,5 @@ class Output:
     def send(self) -> None:
         """Publish the filled message; called again, publish the same message again."""
         self._publisher.publish(self._data)
+        if self._receive is not None:
+            self._receive(self._data)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import isfinite
 from typing import Any, TypeVar
@@ -65,6 +65,7 @@ class KhrNode(ParameterNode):
         run: identity of its run; empty if it was started by hand.
         now_ns: the newest simulated time that it knows of, ns.
         closed: whether its resources are released; further callbacks are ignored.
+        outputs: its periodic topics, as made by :meth:`output`.
     """
 
     patience = 4.0
@@ -77,6 +78,7 @@ class KhrNode(ParameterNode):
         self.run = own_run()
         self.now_ns = 0
         self.closed = False
+        self.outputs: list[Output] = []
         self._refused: Counter[tuple[Topic, str]] = Counter()
         self._unmatched: dict[Topic, Callable[[QoSProfile], object]] = {}
         self._matching: Timer | None = None
@@ -95,6 +97,9 @@ class KhrNode(ParameterNode):
     def answered_ns(self) -> int:
         """The stamp of the last sample processed with the present parameters, ns; -1 if none."""
         return self.now_ns
+
+    def join(self, others: Sequence[KhrNode]) -> None:
+        """Take note of the other nodes of this process; called once, when all of them exist."""
 
     def finish(self) -> None:
         """Finish the work of the node; called once, before it settles."""
@@ -140,7 +145,8 @@ class KhrNode(ParameterNode):
             filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
         elif topic.frame:
             filled.header.frame_id = self.frame(topic.frame)
-        return Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled)))
+        self.outputs.append(Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled))))
+        return self.outputs[-1]
 
     def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:
         """Create a subscription to whole messages."""

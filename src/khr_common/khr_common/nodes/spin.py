@@ -96,6 +96,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         for spec, kind in zip(specs, classes, strict=True):
             nodes.append(kind(spec))
             executor.add_node(nodes[-1])
+        _join(nodes)
         gc.collect()
         gc.freeze()  # a full garbage collection outlasts a control period
         while not spinner.signals and not any(node.failure for node in nodes):
@@ -118,6 +119,12 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         return 2
     finally:
         _leave(nodes, executor)
+
+
+def _join(nodes: Sequence[KhrNode]) -> None:
+    """Make the nodes of this process known to one another."""
+    for node in nodes:
+        node.join([other for other in nodes if other is not node])
 
 
 def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
