@@ -81,7 +81,7 @@ class RecoveryParameters:
         'time from the decision to the end of the swing.', 0.1032, 0.2209, '[0.06, 1] s'
     )
     clearance: tuple[float, ...] = _pair(
-        'height of the swinging foot over the ground.', 0.008, 0.0325, '[0, 0.05] m'
+        'height of the swinging foot over the ground.', 0.008, 0.026, '[0, 0.05] m'
     )
     landing_height: tuple[float, ...] = _pair(
         'height of the sole over the ground at the end of the swing; below 0 it presses.',
