@@ -38,7 +38,8 @@ def test_a_law_of_ones_own_holds_what_the_others_do_not(tmp_path):
 def test_the_largest_push_grows_with_the_gain(tmp_path):
     said = run('push_study', tmp_path)
     forces = [float(each) for each in re.findall(r'([\d.]+) N', said)]
-    assert len(forces) == 3 and 0.0 < forces[0] < forces[1] < 16.0
+    assert len(forces) == 3 and 0.0 < forces[0] <= forces[1] <= forces[2] < 16.0
+    assert forces[0] < forces[2]  # K_A 0 and 24; the example finds 12 within its 0.25 N of either
 
 
 @pytest.mark.slow

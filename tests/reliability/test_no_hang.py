@@ -18,7 +18,7 @@ STAND = ('run', 'stand_0deg', *LONG)
         ('--processes', 'simulator', 'simulator has'),
         ('--one-process', 'graph', 'graph has'),
         ('--processes', 'recorder', 'recorder'),
-        ('--processes', 'fft_analyser', 'fft_analyser has been stopped by a signal for 15 s'),
+        ('--processes', 'fft_analyser', 'not received whole by fft_analyser'),
         ('--processes', 'gyro', 'no answer from ankle_controller, hip_controller'),
     ],
 )
