@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -93,6 +93,20 @@ def write_mcap(file, messages, topic='/imu/data', profile='ros2', definition=Tru
             writer.add_message(channel, time_ns, data, time_ns)
         writer.finish()
     return Path(file)
+
+
+def wrapped(folder, messages, plugin='mcap', kind='driver_msgs/msg/Reading'):
+    """Write a rosbag2 of messages of a driver's own type, each with an Imu in its field ``imu``."""
+    own = get_typestore(Stores.ROS2_HUMBLE)
+    text = 'std_msgs/Header header\nsensor_msgs/Imu imu\nstring raw'
+    own.register(get_types_from_msg(text, kind))
+    writer = Writer(folder, version=9, storage_plugin=getattr(StoragePlugin, plugin.upper()))
+    with writer:
+        connection = writer.add_connection('/imu', kind, typestore=own)
+        for time_ns, each in messages:
+            reading = own.types[kind](each.header, each, '$VNYMR')
+            writer.write(connection, time_ns, own.serialize_cdr(reading, kind))
+    return Path(folder)
 
 
 def rewritten(bag, folder, name=lambda topic: topic, parts=1, **options):

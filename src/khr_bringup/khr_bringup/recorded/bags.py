@@ -15,7 +15,14 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup.recorded.mend import mend
-from khr_bringup.recorded.storage import ACCEPTED, decompressed, files_of, is_recording, opened
+from khr_bringup.recorded.storage import (
+    ACCEPTED,
+    decompressed,
+    files_of,
+    is_recording,
+    opened,
+    refuse_ros1,
+)
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
 from khr_common.interfaces import FINISHED, TRUE_POSE, Topic
@@ -74,6 +81,7 @@ def existing_bag(bag: Path) -> Path:
     place = bag_of(bag)
     if not place.exists():
         raise KhrError(f'{bag}: not there; {ACCEPTED}')
+    refuse_ros1(place)
     if not is_recording(place):
         raise KhrError(
             f'{bag}: no bag in it: an --offline or --no-record run leaves none; {ACCEPTED}'

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.interfaces import Connection
-from rosbags.typesys import Stores, get_typestore
+from rosbags.interfaces import Connection, MessageDefinitionFormat
+from rosbags.interfaces.typing import Typesdict
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from khr_analysis.quantities import QUANTITIES, Quantity, Rows, stamp_of
 from khr_analysis.sampling import Samples, choose_stamps, even_samples
@@ -70,9 +71,9 @@ class Channel:
 
 @dataclass(frozen=True)
 class TopicCount:
-    """A topic of a recording, its type and its number of messages."""
+    """A topic of a recording, or a field of one, its type and its number of messages."""
 
-    name: str
+    name: str  # of the topic; of a field /topic.field
     kind: str
     messages: int
 
@@ -92,7 +93,8 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
 
     Args:
         path: the recording, one of its files, or the folder of a run.
-        topic: its name; by default the only topic of type ``sensor_msgs/msg/Imu``.
+        topic: its name; by default the only topic of type ``sensor_msgs/msg/Imu``. ``/topic.field``
+            is a field of a message of another type, if the recording defines this type.
         axis: ``x``, ``y`` or ``z``; of a JointState the name of a joint.
         namespace: in which the topic is.
 
@@ -100,14 +102,9 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
         KhrError: if there is no such recording, topic or axis, or it cannot be read.
     """
     with _opened(path) as storage:
-        chosen = _choose(_topics(storage), topic, namespace)
+        chosen = _choose(_topics(storage) + _fields(storage), topic, namespace)
         quantity = QUANTITIES[chosen.kind]
-        connections = [
-            each
-            for each in storage.connections
-            if each.topic == chosen.name and each.msgtype == chosen.kind
-        ]
-        stamps, logs, rows, frame = _read(storage, connections, quantity)
+        stamps, logs, rows, frame = _read(storage, chosen, quantity)
         notes = list(storage.notes)
     axes = sorted({name for row in rows for name, _ in row}, key=_order(rows))
     wanted = axis or quantity.default or (axes[0] if axes else '')
@@ -171,6 +168,28 @@ def _topics(storage: Storage) -> list[TopicCount]:
     return [TopicCount(name, kind, number) for (name, kind), number in sorted(counts.items())]
 
 
+def _fields(storage: Storage) -> list[TopicCount]:
+    """Return the fields that have a quantity, of the messages of other types."""
+    return [
+        TopicCount(f'{each.topic}.{field}', kind, each.msgcount)
+        for each in storage.connections
+        for field, (_, kind) in _definition(each).get(each.msgtype, ((), ()))[1]
+        if kind in QUANTITIES
+    ]
+
+
+def _definition(connection: Connection) -> Typesdict:
+    """Return the types that a connection's own definition holds, without those of ROS 2 itself."""
+    known = get_typestore(Stores.ROS2_JAZZY).types
+    if connection.msgtype in known or connection.msgdef.format != MessageDefinitionFormat.MSG:
+        return {}
+    try:
+        found = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+    except Exception:  # a damaged definition fails in many ways inside the parser
+        return {}
+    return {name: types for name, types in found.items() if name not in known}
+
+
 def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
     """Return the topic to read.
 
@@ -209,14 +228,23 @@ def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
 
 
 def _read(
-    storage: Storage, connections: list[Connection], quantity: Quantity
+    storage: Storage, chosen: TopicCount, quantity: Quantity
 ) -> tuple[Stamps, Stamps, list[Rows], str]:
     """Return timestamps, times of recording, numbers and frame of the messages."""
-    decode = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+    topic, _, field = chosen.name.partition('.')
+    connections = [
+        each
+        for each in storage.connections
+        if each.topic == topic and (field or each.msgtype == chosen.kind)
+    ]
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for connection in connections:
+        store.register(_definition(connection))
     stamps, logs, rows, frame = [], [], [], ''
     for connection, time_ns, data in storage.messages(connections):
-        message: Any = decode(data, connection.msgtype)
-        stamps.append(stamp_of(message) or 0)
+        whole: Any = store.deserialize_cdr(data, connection.msgtype)
+        message = getattr(whole, field) if field else whole
+        stamps.append(stamp_of(message) or stamp_of(whole) or 0)
         frame = message.header.frame_id if hasattr(message, 'header') else ''
         logs.append(time_ns)
         rows.append(quantity.read(message))

@@ -29,6 +29,7 @@ from khr_common.errors import KhrError
 from khr_common.text.quoting import one_line
 
 SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+ROS1 = '.bag'  # of a file of ROS 1, which is no recording of ROS 2
 METADATA = 'metadata.yaml'
 ACCEPTED = (
     'accepted: a rosbag2 folder, an MCAP or SQLite file of one, or the folder of a run that '
@@ -69,10 +70,28 @@ def files_of(place: Path) -> list[Path]:
 
 
 def is_recording(place: Path) -> bool:
-    """Return whether a path is a recording: a file of one, or a folder with such files."""
+    """Return whether a path is a recording: a file of one, or a folder with such files.
+
+    A file of ROS 1 counts too, so that it is refused as one.
+    """
     if place.is_file():
-        return place.name.endswith(SUFFIXES)
+        return place.name.endswith((*SUFFIXES, ROS1))
     return place.is_dir() and ((place / METADATA).is_file() or bool(files_of(place)))
+
+
+def refuse_ros1(place: Path) -> None:
+    """Refuse a recording of ROS 1, a file or a folder with such files alone.
+
+    Raises:
+        KhrError: if it is one; it says how to convert it.
+    """
+    inside = sorted(place.glob(f'*{ROS1}')) if not is_recording(place) else []
+    for file in [place] if place.is_file() else inside:
+        if file.suffix == ROS1 and file.is_file():
+            raise KhrError(
+                f'{file}: a recording of ROS 1; accepted: one of ROS 2, as by rosbags-convert --src '
+                f'{file} --dst {file.stem}'
+            )
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from khr_bringup.recorded.bags import AmbiguousError, bag_of
 from khr_bringup.recorded.events import Event, events_of, timed_pushes
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
-from khr_bringup.recorded.storage import is_recording
+from khr_bringup.recorded.storage import is_recording, refuse_ros1
 from khr_bringup.result import FILE, RunRecord
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
@@ -102,6 +102,7 @@ def contents_of(path: Path, namespace: str = '') -> RunContents:
     """
     if not path.exists():
         raise KhrError(f'{path}: no such run; {ACCEPTED}')
+    refuse_ros1(bag_of(path))
     run = RecordedRun(path, salvage=True, namespace=namespace)
     found = RunContents(run.name, run.folder)
     if path.is_dir():

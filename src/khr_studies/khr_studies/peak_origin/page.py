@@ -67,7 +67,7 @@ def page(found: PeakStudy) -> str:
 
 def recorded_page(found: RecordedPeaks) -> str:
     """Return the peaks of one recording as a table in Markdown, and the notes on it."""
-    part = f'{found.begin:.2f} s to {found.end:.2f} s'
+    part = f'{round(found.begin, 2) + 0.0:.2f} s to {found.end:.2f} s'
     largest = max((peak.amplitude for peak in found.peaks), default=1.0)
     columns: Columns[Peak] = {
         'frequency, Hz': lambda peak: f'{peak.frequency:.2f}',

@@ -18,6 +18,7 @@ from tests.fakes.recordings import (
     split,
     tone,
     vector,
+    wrapped,
     write,
     write_mcap,
 )
@@ -209,6 +210,29 @@ def test_an_axis_that_holds_nothing_is_named_with_those_that_do(tmp_path):
     is_tone(bag, axis='x')
     with pytest.raises(KhrError, match="axis: 'w' is not in /imu/data; accepted: x, y, z"):
         read_channel(bag, axis='w')
+
+
+@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize('asked', [{}, {'topic': '/imu.imu'}, {'topic': 'imu.imu'}])
+def test_an_imu_inside_a_message_of_a_drivers_own_type_is_read(tmp_path, plugin, asked):
+    bag = wrapped(tmp_path / 'bag', tone(7.0, 50.0), plugin)
+    is_tone(bag, **asked)
+    with pytest.raises(KhrError, match=r'/imu is of type driver_msgs/.*--topic /imu\.imu \(sens'):
+        read_channel(bag, '/imu')
+
+
+def test_a_message_of_a_drivers_own_type_without_its_definition_is_named(tmp_path):
+    bag = as_humble(wrapped(tmp_path / 'bag', tone(7.0, 50.0), 'sqlite3'))
+    with pytest.raises(KhrError, match=r'no topic of type .*/imu \(driver_msgs/msg/Reading\)$'):
+        read_channel(bag)
+
+
+@pytest.mark.parametrize('name', ['run/old.bag', 'run'])
+def test_a_recording_of_ros_1_is_refused_with_the_command_that_converts_it(tmp_path, name):
+    (tmp_path / 'run').mkdir()
+    (tmp_path / 'run' / 'old.bag').write_bytes(b'#ROSBAG V2.0\n')
+    with pytest.raises(KhrError, match=r'ROS 1; .*rosbags-convert --src .*old\.bag --dst old$'):
+        read_channel(tmp_path / name)
 
 
 def test_topics_are_listed_with_their_types_and_counts(tmp_path):
