@@ -93,7 +93,7 @@ class RecorderNode(Listener):
     def join(self, others: Sequence[KhrNode]) -> None:
         """Take periodic messages from nodes of this process directly, others by subscription."""
         for output in (each for node in others for each in node.outputs):
-            if output.topic_name in self._topics:
+            if output.topic_name in self._kinds:
                 self._handed.append(output.topic_name)
                 output.hand_to(partial(self._on_handed, output.topic_name))
         for name in self._topics.keys() - self._handed:
@@ -164,10 +164,12 @@ class RecorderNode(Listener):
         if source.rpartition('/')[0] in self._spaces:
             self._on_message(name, data)
 
-    def _on_handed(self, name: str, data: bytes) -> None:
+    def _on_handed(self, name: str, stamp_ns: int, data: bytes) -> None:
+        self._idle_spins = 0
         if name in self._own:
             self._own[name].append(data)
-        self._on_message(name, data)
+            self._last[name] = data
+        self._on_sample(name, stamp_ns, data)
 
     def _on_shared(self, name: str, data: bytes) -> None:
         try:
@@ -190,22 +192,32 @@ class RecorderNode(Listener):
             self.refuse(topic, f'no readable {topic.kind}')
             return
         if name in self._kinds:
-            self._last[name], self._stamps[name] = data, stamp_ns
-            if name == self._clock_topic:
-                if stamp_ns < self.now_ns and self.count_publishers(name) > 1:
-                    self.refuse(topic, 'of a second clock')
-                    return
-                self.now_ns = max(self.now_ns, stamp_ns)
-            try:
-                complete = self._samples.put(name, stamp_ns, None)
-            except TimeJumpError as error:
-                self.fail(f'{topic.name}: {error}')
+            self._last[name] = data
+            self._on_sample(name, stamp_ns, data)
+        else:
+            self._write(name, stamp_ns, data)
+
+    def _on_sample(self, name: str, stamp_ns: int, data: bytes) -> None:
+        """Record a message of a periodic topic; note the samples of which all topics are there."""
+        if name == self._clock_topic:
+            if stamp_ns < self.now_ns and self.count_publishers(name) > 1:
+                self.refuse(self._topics[name], 'of a second clock')
                 return
-            if complete is not None:
-                self.received(stamp_ns)
+            self.now_ns = max(self.now_ns, stamp_ns)
+        self._stamps[name] = stamp_ns
+        try:
+            complete = self._samples.put(name, stamp_ns, None)
+        except TimeJumpError as error:
+            self.fail(f'{self._topics[name].name}: {error}')
+            return
+        if complete is not None:
+            self.received(stamp_ns)
+        self._write(name, stamp_ns, data)
+
+    def _write(self, name: str, stamp_ns: int, data: bytes) -> None:
         recording = self._recording
         if recording is not None and name in recording.counts:
-            time_ns = self._time_of(topic, data, stamp_ns)
+            time_ns = self._time_of(self._topics[name], data, stamp_ns)
             self._attempt(lambda: recording.write(name, data, time_ns))
 
     def _time_of(self, topic: Topic, data: bytes, stamp_ns: int) -> int:

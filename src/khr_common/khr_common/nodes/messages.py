@@ -119,30 +119,33 @@ class Output:
 
     def __init__(self, publisher: Publisher, form: MessageTemplate) -> None:
         self._publisher, self._form = publisher, form
-        self._data = b''
-        self._receive: Callable[[bytes], None] | None = None
+        self._stamp_ns, self._data = 0, b''
+        self._receive: Callable[[int, bytes], None] | None = None
+        self._handed = True  # whether the filled message needs no handing over
 
     @property
     def topic_name(self) -> str:
         """Return the full name of the topic."""
         return str(self._publisher.topic_name)
 
-    def hand_to(self, receive: Callable[[bytes], None] | None) -> None:
-        """Hand each message that is published to a receiver in this process as well.
+    def hand_to(self, receive: Callable[[int, bytes], None]) -> None:
+        """Hand each message once to a receiver in this process as well, when it is published.
 
         The middleware takes some 40 us to bring a message to a subscription of the same process.
 
         Args:
-            receive: called with the serialized message; None to stop.
+            receive: called with the stamp, ns, and the serialized message.
         """
         self._receive = receive
 
     def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:
         """Fill in a stamp and, from the first blank to the last, the numbers."""
-        self._data = self._form.filled(stamp_ns, numbers)
+        self._stamp_ns, self._data = stamp_ns, self._form.filled(stamp_ns, numbers)
+        self._handed = self._receive is None
 
     def send(self) -> None:
         """Publish the filled message; called again, publish the same message again."""
         self._publisher.publish(self._data)
-        if self._receive is not None:
-            self._receive(self._data)
+        if self._receive is not None and not self._handed:
+            self._handed = True
+            self._receive(self._stamp_ns, self._data)
