@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -22,6 +23,9 @@ def main() -> None:
     SIGTERM or SIGHUP.
     """
     enter()
+    # At its end the interpreter restores the default actions, but not an ignored signal: a late one
+    # would end the process with another exit code than the command's.
+    atexit.register(_handle_signals, signal.SIG_IGN)
     _handle_signals(_exit_at_once)  # nothing has started yet
     try:
         from typer.exceptions import TyperException
@@ -63,7 +67,7 @@ def main() -> None:
 _interrupted: list[int] = []  # signals received
 
 
-def _handle_signals(handler: Callable[..., None]) -> None:
+def _handle_signals(handler: Callable[..., None] | signal.Handlers) -> None:
     """Install a handler of the signals that end a process; SIGINT and SIGHUP may be ignored."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if number == signal.SIGTERM or signal.getsignal(number) != signal.SIG_IGN:

@@ -224,6 +224,28 @@ def test_what_goes_wrong_in_the_imports_is_one_line(tmp_path, body, code, says):
     assert (done.returncode, done.stdout, done.stderr) == (code, '', says)
 
 
+LATE = """
+import os, sys
+from khr.cli import command
+
+class Late:
+    def __del__(self, kill=os.kill, process=os.getpid()):
+        kill(process, {number})
+
+sys.late = Late()  # deleted when the interpreter has restored the default actions of signals
+sys.argv = ['khr', '--version']
+command.main()
+"""
+
+
+@pytest.mark.parametrize('number', [int(signal.SIGINT), int(signal.SIGTERM)])
+def test_a_signal_at_the_end_of_the_interpreter_leaves_the_exit_code(number):
+    script = LATE.format(number=number)
+    done = subprocess.run([sys.executable, '-c', script], capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b'')
+    assert done.stdout.startswith(b'khr ')
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'locale'),
