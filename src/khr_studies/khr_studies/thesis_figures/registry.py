@@ -34,6 +34,11 @@ from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.gain_unit_figure import gain_unit
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
+from khr_studies.thesis_figures.vibration_figure import (
+    measure_bands,
+    measure_bands_coarsely,
+    vibration_by_gain,
+)
 from khr_sweeps.pool import check_workers
 
 
@@ -176,6 +181,12 @@ FIGURES: dict[str, Drawing] = {
     ),
     'stages': Drawing('Staged control on tilting ground', standing.tilting_ground, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
+    'vibration_by_gain': Drawing(
+        'Vibration of the walk by band, against the ankle gain',
+        vibration_by_gain,
+        measure=measure_bands,
+        quick=measure_bands_coarsely,
+    ),
 }
 
 

@@ -13,6 +13,12 @@ from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
+from khr_studies.thesis_figures.vibration_figure import (
+    BANDS,
+    band_rms,
+    measure_bands,
+    vibration_by_gain,
+)
 from tests.support.figures import PANELS, check_whole
 
 ASKED = (
@@ -35,7 +41,15 @@ ASKED = (
     '4.12',
     *(f'5.{number}' for number in range(5, 15)),
 )
-SLOW = ('4.8', '4.11', '4.12', 'push', 'push_robot', 'stiffness')  # seconds to minutes each
+SLOW = (
+    '4.8',
+    '4.11',
+    '4.12',
+    'push',
+    'push_robot',
+    'stiffness',
+    'vibration_by_gain',
+)  # seconds to minutes each
 OF_MODELS = [
     number for number, drawing in FIGURES.items() if number not in SLOW and not drawing.experiments
 ]
@@ -78,6 +92,26 @@ def test_open_loops_are_drawn_with_the_gain_from_which_they_are_unstable(tmp_pat
         at_edge = np.interp(margin.frequency, *smoothed.get_data())
         assert at_edge == pytest.approx(each.gain / margin.gain, rel=0.05)
         assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in phase.get_title(loc='left')
+
+
+def test_a_tone_is_in_its_band_alone():
+    time = 0.015 * np.arange(154)
+    tone = 0.7 + 3.0 * np.sin(2.0 * np.pi * 12.0 / (154 * 0.015) * time)  # 5.19 Hz
+    assert band_rms(tone, 0.015, *BANDS['loop']) == pytest.approx(3.0 / math.sqrt(2.0))
+    assert band_rms(tone, 0.015, *BANDS['rocking']) == pytest.approx(0.0, abs=1e-12)
+    assert band_rms(tone, 0.015, *BANDS['impacts']) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
+    table = measure_bands('mujoco', (6.0, 12.0, 18.0), 1).set_index('gain')
+    assert table.at[12.0, 'force'] < 0.8 * table.at[6.0, 'force']
+    assert table.at[18.0, 'loop'] > 1.3 * table.at[6.0, 'loop']
+    assert table.at[18.0, 'rocking'] < 0.8 * table.at[6.0, 'rocking']
+    squares = table['loop'] ** 2 + table['impacts'] ** 2
+    assert table['vibration'].to_numpy() == pytest.approx(np.sqrt(squares).to_numpy())
+    with styled():
+        check_whole(vibration_by_gain(table.reset_index()))
 
 
 def test_the_table_holds_the_model_s_own_numbers(tmp_path):
