@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -162,20 +162,25 @@ def _opened(path: Path) -> Iterator[Storage]:
 
 
 def _topics(storage: Storage) -> list[TopicCount]:
-    counts: Counter[tuple[str, str]] = Counter()
-    for each in storage.connections:
-        counts[each.topic, each.msgtype] += each.msgcount
-    return [TopicCount(name, kind, number) for (name, kind), number in sorted(counts.items())]
+    return _counted((each.topic, each.msgtype, each.msgcount) for each in storage.connections)
 
 
 def _fields(storage: Storage) -> list[TopicCount]:
     """Return the fields that have a quantity, of the messages of other types."""
-    return [
-        TopicCount(f'{each.topic}.{field}', kind, each.msgcount)
+    return _counted(
+        (f'{each.topic}.{field}', kind, each.msgcount)
         for each in storage.connections
         for field, (_, kind) in _definition(each).get(each.msgtype, ((), ()))[1]
         if kind in QUANTITIES
-    ]
+    )
+
+
+def _counted(found: Iterable[tuple[str, str, int]]) -> list[TopicCount]:
+    """Add the numbers of messages of all connections, which have a name, a type and a number."""
+    counts: Counter[tuple[str, str]] = Counter()
+    for name, kind, number in found:
+        counts[name, kind] += number
+    return [TopicCount(name, kind, number) for (name, kind), number in sorted(counts.items())]
 
 
 def _definition(connection: Connection) -> Typesdict:

@@ -221,6 +221,15 @@ def test_an_imu_inside_a_message_of_a_drivers_own_type_is_read(tmp_path, plugin,
         read_channel(bag, '/imu')
 
 
+def test_an_imu_inside_a_message_is_one_field_over_all_files_of_a_split_recording(tmp_path):
+    messages = tone(7.0, 50.0)
+    parts = [wrapped(tmp_path / f'{n}', messages[100 * n : 100 * n + 100]) for n in range(2)]
+    (tmp_path / 'bag').mkdir()
+    for number, part in enumerate(parts):
+        (part / f'{number}.mcap').rename(tmp_path / 'bag' / f'bag_{number}.mcap')
+    is_tone(tmp_path / 'bag')
+
+
 def test_a_message_of_a_drivers_own_type_without_its_definition_is_named(tmp_path):
     bag = as_humble(wrapped(tmp_path / 'bag', tone(7.0, 50.0), 'sqlite3'))
     with pytest.raises(KhrError, match=r'no topic of type .*/imu \(driver_msgs/msg/Reading\)$'):
