@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import RunEntry, check_domain, registered, write_entry
+from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
@@ -56,36 +55,8 @@ def run_to_end(
         else nullcontext(session.next_run(scenario.name, folder))
     ) as entry:
         callbacks.started(entry)
-        (result,) = run_robots(Robots.alone(scenario), folder, entry, options, callbacks)
+        (result,) = run_graph(Robots.alone(scenario), folder, entry, options, callbacks)
         return result
-
-
-def run_robots(
-    robots: Robots,
-    folder: Path,
-    entry: RunEntry,
-    options: RunOptions,
-    callbacks: Callbacks,
-    scenario_file: Path | None = None,
-) -> list[Result]:
-    """Run a graph, and keep its state in the register; see :func:`run_graph`."""
-    write_entry(entry)
-    noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
-    return run_graph(robots, folder, entry, options, noted, scenario_file)
-
-
-def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
-    """Return a callback that shows progress, and keeps the state of the run in the register."""
-    noted = entry
-
-    def show_and_note(progress: Progress) -> None:
-        nonlocal noted
-        if progress.state != noted.state:
-            noted = replace(entry, state=progress.state)
-            write_entry(noted)
-        show(progress)
-
-    return show_and_note
 
 
 def offline_progress(show: Callable[[Progress], None]) -> Watch:

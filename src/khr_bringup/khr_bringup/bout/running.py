@@ -12,12 +12,11 @@ from khr_bringup.bout.bout import Bout
 from khr_bringup.bout.recorded import folder_of_round, record_bout, write_scenario
 from khr_bringup.bout.result import BoutResult, Round, fight, write_bout
 from khr_bringup.graph.following import Callbacks
-from khr_bringup.graph.graph import RunOptions
+from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
-from khr_bringup.running import run_robots
 from khr_common import RunError
 
 
@@ -68,7 +67,7 @@ class _Rounds:
         robots = robots_of(self._bout, number)
         folder = folder_of_round(self._folder, number)
         folder.mkdir(mode=0o700)
-        results = run_robots(
+        results = run_graph(
             robots,
             folder,
             self._entry.next_run(self._bout.name, self._folder),

@@ -6,7 +6,7 @@ import json
 import os
 import resource
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,9 +16,9 @@ from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.intruders import Intruders
 from khr_bringup.graph.processes import Processes, batch_scheduling
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry
+from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry, write_entry
 from khr_bringup.graph.wiring import Wiring
-from khr_bringup.result import Result
+from khr_bringup.result import Progress, Result
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
@@ -47,7 +47,7 @@ def run_graph(
     callbacks: Callbacks,
     scenario_file: Path | None = None,
 ) -> list[Result]:
-    """Run robots over topics until their run ends or is interrupted.
+    """Run robots over topics until their run ends or is interrupted; register its state.
 
     Args:
         robots: one alone, or those of a round of a bout.
@@ -64,6 +64,7 @@ def run_graph(
         RunError: if a node dies, or does not appear or answer in time, or another user joins;
             it is named, the rest is stopped and the bag closed.
     """
+    write_entry(entry)
     _check_memory()
     began = time.monotonic()
     scenario, own = robots.first, folder / robots.file
@@ -94,7 +95,11 @@ def run_graph(
                 )
             keeper = 'graph' if options.one_process else first
             launched = time.monotonic() - began
-            ending = replace(callbacks, finish=lambda: bool(interrupted) or callbacks.finish())
+            ending = replace(
+                callbacks,
+                finish=lambda: bool(interrupted) or callbacks.finish(),
+                progress=note_progress(entry, callbacks.progress),
+            )
             results = follow(
                 robots,
                 wiring.listeners,
@@ -114,6 +119,20 @@ def run_graph(
         replace(result, failure=failure or '', startup=launched + result.startup)
         for result in results
     ]
+
+
+def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
+    """Return a callback that shows progress, and keeps the state of the run in the register."""
+    noted = entry
+
+    def show_and_note(progress: Progress) -> None:
+        nonlocal noted
+        if progress.state != noted.state:
+            noted = replace(entry, state=progress.state)
+            write_entry(noted)
+        show(progress)
+
+    return show_and_note
 
 
 def _arguments(shared: Mapping[str, Any], parameters: Path | None) -> list[str]:

@@ -12,9 +12,9 @@ from dataclasses import asdict
 import pytest
 
 from khr_bringup.graph import run_registry
+from khr_bringup.graph.graph import note_progress
 from khr_bringup.graph.run_registry import choose, ports_of, register, registered, running
 from khr_bringup.result import Progress
-from khr_bringup.running import note_progress
 from khr_common import RunError
 from khr_common.errors import KhrError
 
