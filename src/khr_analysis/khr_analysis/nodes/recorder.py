@@ -85,8 +85,8 @@ class RecorderNode(Listener):
         self._samples = ExactTimeSynchronizer[str](tuple(self._kinds))
         self._recording: Recording | None = self._open()
         self._handed: list[str] = []  # topics of nodes in this process
-        # Of those that another process publishes as well: messages that the subscription will
-        # bring a second time.
+        # Messages of these topics that are expected again from the subscription, by topic; only of
+        # topics with a publisher in another process.
         self._own: dict[str, deque[bytes]] = {}
         self._idle_spins = 0
 
@@ -96,9 +96,9 @@ class RecorderNode(Listener):
             if output.topic_name in self._kinds:
                 self._handed.append(output.topic_name)
                 output.hand_to(partial(self._on_handed, output.topic_name))
-        for name in self._topics.keys() - self._handed:
-            on_log = self._topics[name] == LOG
-            self._subscribe_to(name, self._on_log if on_log else self._on_message)
+        for name, topic in self._topics.items():
+            if name not in self._handed:
+                self._subscribe_to(name, self._on_log if topic == LOG else self._on_message)
         if self._handed:
             self.by_wall_clock(MATCH_PERIOD, self._subscribe_to_others)
 

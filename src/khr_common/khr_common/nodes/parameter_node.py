@@ -19,7 +19,7 @@ OF_ROS = ('use_sim_time', 'start_type_description_service')
 
 
 class ParameterNode(Node):  # type: ignore[misc]
-    """A node whose parameters are the fields of a table; every accepted change is passed on.
+    """A node with the fields of a table as its parameters; it passes on every accepted change.
 
     Args:
         name: of the node.

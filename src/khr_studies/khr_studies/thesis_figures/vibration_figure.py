@@ -14,6 +14,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from khr_analysis.outcome import MonitorParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_report.plots.plot_style import LOOKS, head, panels
@@ -25,13 +26,13 @@ from khr_studies.measuring.critical import run_condition
 INCLINATION_DEG = 5.55  # the steepest slope that the robot of the thesis walks without control
 GAINS = (0.0, 3.0, 6.0, 9.0, 12.0, 15.0, 18.0, 21.0)  # K_A
 SEEDS = 3
-BANDS = {  # Hz; vibration counts from 4 Hz on
-    'rocking': (0.3, 4.0),
-    'loop': (4.0, 6.5),
-    'impacts': (6.5, np.inf),
-    'vibration': (4.0, np.inf),
+LOWEST, CORNER, LOOP_END = 0.3, MonitorParameters.vibration_frequency, 6.5  # Hz, limits of bands
+BANDS = {
+    'rocking': (LOWEST, CORNER),
+    'loop': (CORNER, LOOP_END),
+    'impacts': (LOOP_END, np.inf),
+    'vibration': (CORNER, np.inf),
 }
-ANY = (0.3, np.inf)  # Hz; all but the mean
 
 
 def band_rms(signal: NDArray[np.float64], period: float, low: float, high: float) -> float:
@@ -77,7 +78,7 @@ def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dic
         return float(np.sqrt(np.mean(powers)))
 
     bands = {band: mean(np.degrees(rate), *limits) for band, limits in BANDS.items()}
-    return bands | {'force': mean(force, *ANY)}
+    return bands | {'force': mean(force, LOWEST, np.inf)}
 
 
 def measure_bands(
