@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from khr_bringup.scenario.control_text import title_with_changes
-from khr_bringup.scenario.scenario import Scenario, find_scenario, parse
+from khr_bringup.scenario.installed_engine import with_installed_engine
+from khr_bringup.scenario.scenario import Scenario, find_scenario, parse, read_scenario
 from khr_common.text.quoting import LONGEST
-from khr_common.text.strict_yaml import read_file
 from khr_sim.run_parameters import RunParameters
 
-SIMULATOR = 'simulator'
+SIMULATOR, ENGINE = 'simulator', 'engine'
 OF_VIEW = ('pace', 'duration')  # parameters of the simulator that the command sets for every run
 LASTING = ('gain', 'pace', 'realtime_factor')  # changes that also hold in another scenario
 
@@ -70,17 +70,19 @@ class Session:
         self._start(self._base.changed(seeds | {(SIMULATOR, 'seed'): seed}), self._changes)
 
     def switch(self, name: str, text: str | None = None) -> None:
-        """End the present run and start another scenario.
+        """End the present run and start another scenario, on the same engine if it names none.
 
         Args:
             name: of the scenario.
             text: of its file; by default of the shipped scenario, or of the file, ``name``.
         """
         path = find_scenario(name) if text is None else None
-        stem = path.stem if path else name
-        scenario = parse(read_file(path) if path else text or '', stem, stem)
-        own = self.scenario.whole(SIMULATOR)
-        base = scenario.changed({(SIMULATOR, key): own[key] for key in OF_VIEW})
+        scenario = read_scenario(path) if path else parse(text or '', name, name)
+        own, stated = self.scenario.whole(SIMULATOR), self.scenario.values.get(SIMULATOR, {})
+        kept = {(SIMULATOR, key): own[key] for key in OF_VIEW}
+        if ENGINE in stated and ENGINE not in scenario.values.get(SIMULATOR, {}):
+            kept[SIMULATOR, ENGINE] = stated[ENGINE]
+        base = with_installed_engine(scenario.changed(kept))
         nodes = [SIMULATOR, *base.nodes]
         self._start(
             base,

@@ -1,8 +1,11 @@
 """The successive runs of a page: what the reader has changed holds in the next one."""
 
+from pathlib import Path
+
 import pytest
 
-from khr_bringup.scenario.scenario import load_scenario
+from khr_bringup.scenario import installed_engine
+from khr_bringup.scenario.scenario import load_scenario, read_scenario
 from khr_common.errors import KhrError
 from khr_view.session import Session
 
@@ -55,6 +58,29 @@ def test_another_scenario_keeps_gains_and_speed_alone(session):
     assert chosen.of('simulator')['inclination_deg'] == 6.99
     assert chosen.of('simulator')['pace'] == 2.0
     assert chosen.title.endswith('board, K_A 18 (gyro), simulator.pace=2')
+
+
+def test_another_scenario_without_an_engine_keeps_that_of_the_session(session):
+    stated = '/**/simulator: {ros__parameters: {engine: bullet}}'
+    mujoco = Session(session.scenario.changed({('simulator', 'engine'): 'mujoco'}))
+    for name, text, engine in (('walk_6.99deg_ka12', None, 'mujoco'), ('own', stated, 'bullet')):
+        mujoco.switch(name, text)
+        assert mujoco.next.of('simulator')['engine'] == engine
+
+
+def test_another_scenario_runs_on_the_installed_engine(session, monkeypatch):
+    monkeypatch.setattr(installed_engine, '_installed', lambda _: False)
+    session.switch('walk_6.99deg_ka12')
+    assert session.next.of('simulator')['engine'] == 'mujoco'
+
+
+def test_a_motion_file_lies_beside_its_scenario(session, tmp_path, monkeypatch):
+    squat = Path('examples/squat.yaml').resolve()
+    monkeypatch.chdir(tmp_path)
+    session.switch(str(squat))
+    by_path = session.next.values
+    session.switch('squat', read_scenario(squat).stated_to_yaml())  # as khr switch sends it
+    assert session.next.values == by_path and by_path['gait']['frames']
 
 
 def test_a_refused_scenario_changes_nothing(session):

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
-from pathlib import Path
 from typing import Any
 
 import yaml
@@ -15,10 +14,11 @@ import yaml
 from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario.parameter_file import parse_value
+from khr_bringup.scenario.scenario import Scenario
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
 from khr_common.text.quoting import meant, named, quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.text.strict_yaml import read_yaml
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
 
@@ -125,7 +125,7 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
             raise KhrError(f'{node}: {error}') from error
 
 
-def switch_scenario(scenario: Path, domain: int | None = None) -> str:
+def switch_scenario(scenario: Scenario, domain: int | None = None) -> str:
     """Have ``khr view`` end its run and start another scenario; return the title of the run.
 
     Raises:
@@ -135,9 +135,8 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
 
     from khr_common.nodes.ros_parameters import to_set
 
-    text = read_file(scenario)
     entry = choose(domain)
-    request = to_set({'name': scenario.stem, 'scenario': text})
+    request = to_set({'name': scenario.name, 'scenario': scenario.stated_to_yaml()})
     answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, PATIENCE)
     if answer is None:
         raise KhrError('khr: no answer; is the run still there?')

@@ -163,9 +163,16 @@ class Scenario:
 
         It applies to nodes in any namespace.
         """
+        nodes = dict.fromkeys(['simulator', *self.nodes])  # the simulator concerns all
+        return self._as_yaml({node: self.whole(node) for node in nodes})
+
+    def stated_to_yaml(self) -> str:
+        """Write the stated parameters, those of a motion file included, as :meth:`to_yaml`."""
+        return self._as_yaml(self.values)
+
+    def _as_yaml(self, values: Mapping[str, Mapping[str, Any]]) -> str:
         document = {
-            ANYWHERE + node: {'ros__parameters': self.whole(node)}
-            for node in dict.fromkeys(['simulator', *self.nodes])  # the simulator concerns all
+            ANYWHERE + node: {'ros__parameters': dict(keys)} for node, keys in values.items()
         }
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
@@ -177,8 +184,16 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
         name: path or name.
         sought: the kind of thing that the name may be, for the error text.
     """
-    path = find_scenario(name, sought)
-    return with_installed_engine(parse(read_file(path), str(path), path.stem))
+    return with_installed_engine(read_scenario(find_scenario(name, sought)))
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read the file of a scenario; the engine stays unstated if the file names none.
+
+    Raises:
+        KhrError: as :func:`load_scenario`.
+    """
+    return parse(read_file(path), str(path), path.stem)
 
 
 def parse(text: str, file: str, name: str, namespace: str = '') -> Scenario:

@@ -76,12 +76,11 @@ def switch_scenario(
     domain: RunningDomainOption = None,
 ) -> None:
     """Have khr view end its run and start another scenario on the same page."""
-    from khr_bringup.scenario.scenario import find_scenario, load_scenario
+    from khr_bringup.scenario.scenario import find_scenario, read_scenario
 
-    path = find_scenario(scenario)
-    load_scenario(str(path))
+    chosen = read_scenario(find_scenario(scenario))
     entry = choose(domain)
-    print(f'{path.stem}: takes the place of {switch(path, entry.domain)}')
+    print(f'{chosen.name}: takes the place of {switch(chosen, entry.domain)}')
 
 
 def list_runs() -> None:
