@@ -153,9 +153,9 @@ def test_two_runs_stand_side_by_side(walked, fallen, played):
         assert page.get_by_role('button', name='Pause').bounding_box()['width'] > 350
 
 
-def test_a_cut_bag_is_shown_up_to_the_cut(walked, played, tmp_path):
+def test_a_cut_bag_is_shown_up_to_the_cut(fallen, played, tmp_path):
     cut = tmp_path / 'cut.mcap'
-    (whole,) = (walked / 'bag').glob('*.mcap')
+    (whole,) = (fallen / 'bag').glob('*.mcap')
     cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     with browser_page() as (page, _):
         page.goto(played(cut))

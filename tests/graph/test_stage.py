@@ -1,5 +1,6 @@
 """Staged control over real topics: the same bits, every change in the bag, stages set by hand."""
 
+from functools import cache
 from itertools import pairwise
 
 import pytest
@@ -27,30 +28,28 @@ PERIODS = 131  # of 15 ms in 1.95 s, the instant 0 included
 
 
 @pytest.fixture(scope='module')
-def runs(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('runs')
-    found = {}
-    for way in ('--offline', '--one-process', '--processes'):
-        found[way] = khr(
-            'run',
-            *QUICK,
-            way,
-            '--out',
-            folder / way.strip('-'),
-            folder=folder / way.strip('-'),
-            measured=way == '--processes',
-        )
-        assert found[way].code == 0, found[way].err
-    return found
+def run_in(tmp_path_factory):
+    """Return a function that gives the run in one of three ways, run when first asked for."""
+    top = tmp_path_factory.mktemp('runs')
+
+    @cache
+    def run(way):
+        out = top / way.strip('-')
+        ended = khr('run', *QUICK, way, '--out', out, folder=out, measured=way == '--processes')
+        assert ended.code == 0, ended.err
+        return ended
+
+    return run
 
 
-def test_offline_one_process_and_ten_give_the_same_bits(runs):
-    assert len({run.hash for run in runs.values()}) == 1
+def test_offline_one_process_and_ten_give_the_same_bits(run_in):
+    ways = ('--offline', '--one-process', '--processes')
+    assert len({run_in(way).hash for way in ways}) == 1
 
 
 @pytest.mark.parametrize('way', ['--one-process', '--processes'])
-def test_the_bag_has_the_stage_of_every_period_and_every_change(runs, way):
-    bag = runs[way].bag()
+def test_the_bag_has_the_stage_of_every_period_and_every_change(run_in, way):
+    bag = run_in(way).bag()
     stages = [
         (stamp_ns(message), dict(zip(message.name, message.position, strict=True)))
         for _, message in bag['/stage']
@@ -73,8 +72,8 @@ def test_the_bag_has_the_stage_of_every_period_and_every_change(runs, way):
     assert noted == entered
 
 
-def test_a_control_below_its_stage_publishes_zero(runs):
-    bag = runs['--processes'].bag()
+def test_a_control_below_its_stage_publishes_zero(run_in):
+    bag = run_in('--processes').bag()
     shares = {
         stamp_ns(message): dict(zip(message.name, message.position, strict=True))
         for _, message in bag['/stage']

@@ -16,6 +16,7 @@ from tests import ROOT
 pytestmark = pytest.mark.slow
 PARTS = sorted(path.parent.name for path in (ROOT / 'src').glob('*/package.xml'))
 PIP = [sys.executable, '-m', 'pip', '--quiet', '--disable-pip-version-check']
+BUILD = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index']
 
 
 def run(*command, **options):
@@ -27,18 +28,33 @@ def run(*command, **options):
 
 
 @pytest.fixture(scope='module')
-def built(tmp_path_factory):
-    """Build all wheels from a copy of the sources; return those of the parts, and the whole."""
+def sources(tmp_path_factory):
+    """Return a copy of all that wheels are built from: building leaves files there."""
     top = tmp_path_factory.mktemp('sources')
     left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
     for name in ('src', 'config'):
         shutil.copytree(ROOT / name, top / name, symlinks=True, ignore=left)
     for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
         shutil.copy(ROOT / name, top)
-    build = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index']
-    run(*build, '-w', 'parts', *(f'./src/{name}' for name in PARTS), cwd=top)
-    run(*build, '-w', 'whole', '.', cwd=top)
-    return {kind: sorted((top / kind).glob('*.whl')) for kind in ('parts', 'whole')}
+    return top
+
+
+def wheels(sources, kind, *packages):
+    """Build packages in the copy of the sources, into a folder there; return their wheels."""
+    run(*BUILD, '-w', kind, *packages, cwd=sources)
+    return sorted((sources / kind).glob('*.whl'))
+
+
+@pytest.fixture(scope='module')
+def parts(sources):
+    """Return the wheels of all packages."""
+    return wheels(sources, 'parts', *(f'./src/{name}' for name in PARTS))
+
+
+@pytest.fixture(scope='module')
+def whole(sources):
+    """Return the wheel of the whole, in a list."""
+    return wheels(sources, 'whole', '.')
 
 
 def modules(wheels):
@@ -61,8 +77,7 @@ def entries(wheels):
     return found
 
 
-def test_the_whole_is_its_parts(built):
-    parts, whole = built['parts'], built['whole']
+def test_the_whole_is_its_parts(parts, whole):
     assert [wheel.name.split('-')[0] for wheel in parts] == PARTS
     assert [wheel.name.split('-')[0] for wheel in whole] == ['khr']
     assert modules(whole) == modules(parts)
@@ -96,14 +111,14 @@ def check_run(bin_folder, folder, way):
     assert 'trajectory hash' in run(bin_folder / 'khr', *short, way, **options)
 
 
-def test_the_parts_run_where_there_is_nothing_else(built, tmp_path):
+def test_the_parts_run_where_there_is_nothing_else(parts, tmp_path):
     bin_folder = bare(tmp_path / 'venv')
-    install = ['install', '--no-deps', '--no-index', *built['parts']]
+    install = ['install', '--no-deps', '--no-index', *parts]
     run(*PIP, '--python', bin_folder / 'python', *install)
     check_run(bin_folder, tmp_path, '--offline')
 
 
-def test_the_sdist_makes_the_same_wheel(built, tmp_path):
+def test_the_sdist_makes_the_same_wheel(whole, tmp_path):
     for name in ('src', 'config', '.ci'):
         left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
         shutil.copytree(ROOT / name, tmp_path / name, symlinks=True, ignore=left)
@@ -113,9 +128,8 @@ def test_the_sdist_makes_the_same_wheel(built, tmp_path):
     printed = run(sys.executable, '.ci/dist', 'dist', cwd=tmp_path)
     sdist, wheel = sorted((tmp_path / 'dist').iterdir(), reverse=True)
     assert [sdist.name, wheel.name] == [Path(line).name for line in printed.split()]
-    assert modules([wheel]) == modules(built['whole'])
-    build = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index', '-w', 'again']
-    run(*build, sdist, cwd=tmp_path)
+    assert modules([wheel]) == modules(whole)
+    run(*BUILD, '-w', 'again', sdist, cwd=tmp_path)
     assert modules((tmp_path / 'again').glob('*.whl')) == modules([wheel])
     bin_folder = bare(tmp_path / 'venv')
     run(*PIP, '--python', bin_folder / 'python', 'install', '--no-deps', '--no-index', wheel)

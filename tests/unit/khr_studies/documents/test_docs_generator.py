@@ -1,7 +1,5 @@
 """The generated documents are up to date, and stored results are rendered beside their data."""
 
-import pytest
-
 from khr_studies.documents.docs_generator import generated
 from khr_studies.measuring.json_file import read_json
 from khr_studies.scoreboard.page import scoreboard_markdown, summary, write
@@ -11,11 +9,11 @@ from tests import ROOT
 from tests.fakes.benches import Thesis
 
 
-@pytest.mark.parametrize(
-    ('path', 'text'), generated(ROOT).items(), ids=lambda each: getattr(each, 'name', '')
-)
-def test_a_document_is_what_make_docs_writes(path, text):
-    assert path.read_text(encoding='utf-8') == text, 'run: make docs'
+def test_the_documents_are_what_make_docs_writes():
+    documents = generated(ROOT)
+    assert len(documents) > 5
+    for path, text in documents.items():
+        assert path.read_text(encoding='utf-8') == text, f'{path.name}: run: make docs'
 
 
 def test_index_names_every_document():
