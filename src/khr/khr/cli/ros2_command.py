@@ -11,6 +11,7 @@ LAUNCH = ('ros2', 'launch', 'khr_bringup', 'balance.launch.py')
 
 def ros2_command(
     scenario: str,
+    constants: Mapping[tuple[str, str], Any],
     given: Iterable[str],
     changes: Mapping[tuple[str, str], Any],
     arguments: Mapping[str, str],
@@ -19,14 +20,19 @@ def ros2_command(
 
     Args:
         scenario: its name or file.
+        constants: of the robot, by node and parameter.
         given: changes of parameters, as ``node.parameter=value``.
         changes: further ones, by node and parameter.
         arguments: of the launch file, by name; empty ones are left out.
     """
-    every = [*given, *(f'{node}.{key}={value}' for (node, key), value in changes.items())]
+    every = [*_texts(constants), *given, *_texts(changes)]
     stated = {'set': ','.join(every), **arguments}
     words = [
         f'scenario:={scenario}',
         *(f'{name}:={value}' for name, value in stated.items() if value),
     ]
     return join((*LAUNCH, *words))
+
+
+def _texts(changes: Mapping[tuple[str, str], Any]) -> list[str]:
+    return [f'{node}.{key}={value}' for (node, key), value in changes.items()]

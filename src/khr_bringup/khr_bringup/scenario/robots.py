@@ -41,11 +41,14 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
 
 def on_robot(scenario: Scenario, robot: str) -> Scenario:
     """Return a scenario with the constants of a robot; values of the scenario itself stay."""
-    values = scenario.values
-    missing = {
+    title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
+    return replace(scenario.changed(missing_constants(scenario, robot)), title=title[:LONGEST])
+
+
+def missing_constants(scenario: Scenario, robot: str) -> dict[tuple[str, str], Any]:
+    """Return the constants of a robot that a scenario leaves out, by (node, key)."""
+    return {
         (node, key): value
         for (node, key), value in constants_of(robot).items()
-        if key not in values.get(node, {})
+        if key not in scenario.values.get(node, {})
     }
-    title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
-    return replace(scenario.changed(missing), title=title[:LONGEST])

@@ -22,6 +22,7 @@ from khr.cli.verbs.options import (
     SetOption,
     ViewOption,
     refuse_offline,
+    refuse_with_ros2,
 )
 from khr_bringup.bout.bout import load_bout, shipped_bouts
 from khr_bringup.graph.graph import RunOptions
@@ -56,8 +57,9 @@ def start_bout(
     chosen = load_bout(bout)
     chosen = chosen.set_to(settings) if settings else chosen
     if print_ros2:
+        refuse_with_ros2(offline, one_process, domain, network, view)
         arguments = {'record': '' if record else 'false', 'out': str(out or '')}
-        print(ros2_command(bout, settings, {}, arguments))
+        print(ros2_command(bout, {}, settings, {}, arguments))
         return
     way = RunOptions(offline, one_process is not False, record, domain, network)
     run_bout(chosen, way, out, Viewing() if view else None)

@@ -210,3 +210,24 @@ def refuse_offline(
             raise KhrError(
                 f'{option}: not with --offline, which has {lacking}; accepted: one of them'
             )
+
+
+def refuse_with_ros2(
+    offline: bool, one_process: bool | None, domain: int | None, network: bool, view: bool
+) -> None:
+    """Refuse options that the command of ``--print-ros2`` cannot carry.
+
+    Raises:
+        KhrError: naming the first option.
+    """
+    for option, given, reason in (
+        ('--offline', offline, 'starts a graph'),
+        ('--one-process', one_process is True, 'starts one process per node'),
+        ('--domain', domain is not None, 'reads ROS_DOMAIN_ID'),
+        ('--network', network, 'reads ROS_AUTOMATIC_DISCOVERY_RANGE'),
+        ('--view', view, 'has no page'),
+    ):
+        if given:
+            raise KhrError(
+                f'{option}: not with --print-ros2, whose command {reason}; accepted: one of them'
+            )

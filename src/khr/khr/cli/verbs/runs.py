@@ -27,13 +27,14 @@ from khr.cli.verbs.options import (
     ViewOption,
     recording_named,
     refuse_offline,
+    refuse_with_ros2,
     settings_of,
     warn_of_switched_off,
 )
 from khr_bringup.graph.launching import parameters_of_driver, with_driver
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import MEANING
-from khr_bringup.scenario.robots import on_robot
+from khr_bringup.scenario.robots import missing_constants, on_robot
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 
@@ -108,11 +109,14 @@ def start_run(
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     settings = settings_of(set_, engine, ka, kh)
-    chosen = _with(_load(scenario), robot).set_to(settings, changes)
+    loaded = _load(scenario)
+    chosen = _with(loaded, robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     if print_ros2:
         from khr.cli.ros2_command import ros2_command
 
+        refuse_with_ros2(offline, one_process, domain, network, view)
+        constants = missing_constants(loaded, robot) if robot else {}
         arguments = {
             'driver': driver,
             'board': board,
@@ -121,7 +125,7 @@ def start_run(
             'record': '' if record else 'false',
             'out': str(out or ''),
         }
-        print(ros2_command(scenario, set_ or [], changes, arguments))
+        print(ros2_command(scenario, constants, settings, changes, arguments))
         return
     way = RunOptions(
         offline,
