@@ -34,7 +34,7 @@ test: lint
 	$(PYTEST) -m 'not nightly'
 
 nightly: lint
-	$(PYTEST)
+	$(PYTEST) --hypothesis-profile nightly
 
 quick: tools
 	$(PYTEST) tests/unit tests/golden -m 'not slow and not nightly' --hypothesis-profile quick

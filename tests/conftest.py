@@ -18,9 +18,10 @@ if Path.cwd() != ROOT:  # colcon tests in a package's folder; processes of tests
 
 # Times are for benchmarks: on a busy machine a property that holds may be slow. And a failure is
 # to be one of the change at hand, so the examples are the same in every run;
-# ``pytest --hypothesis-profile search`` looks for new ones; make quick is content with fewer.
-settings.register_profile('khr', deadline=None, derandomize=True)
-settings.register_profile('quick', settings.get_profile('khr'), max_examples=20)
+# ``pytest --hypothesis-profile search`` looks for new ones; make nightly takes the most.
+settings.register_profile('nightly', deadline=None, derandomize=True, max_examples=100)
+settings.register_profile('khr', settings.get_profile('nightly'), max_examples=40)
+settings.register_profile('quick', settings.get_profile('nightly'), max_examples=20)
 settings.register_profile('search', deadline=None)
 settings.load_profile('khr')
 

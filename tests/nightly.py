@@ -83,6 +83,7 @@ BY_NIGHT = {
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[critical]': 'a limit by the Python API',
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[stage3]': 'the plane of one point',
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[tune]': 'gains tuned by the Python API',
+    'tests/unit/khr_hardware/test_client.py::test_corrupted_streams_give_no_wrong_value[10000': 'the first 1500 of them',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.12-7.0': 'the same with every robot falling, and with none',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.6-7.0': 'the same with every robot falling, and with none',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[5.10-7.0': 'the same with every robot falling, and with none',
