@@ -12,9 +12,11 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 CHANGES = (
     ('ankle_controller', 'gain', 9.0),
+    ('ankle_controller', 'source', 'force'),
     ('hip_controller', 'gain', 6.5),
     ('simulator', 'inclination_deg', 1.0),
     ('gyro', 'noise', 0.02),
+    ('ankle_controller', 'source', 'gyro'),
     ('simulator', 'friction', 0.2),
     ('ankle_controller', 'gain', 14.0),
     ('monitor', 'step_slip', 0.02),

@@ -113,17 +113,6 @@ def pause(folder):
         call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
 
 
-def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(run):
-    for source in ('force', 'gyro'):
-        changed = khr('set', 'ankle_controller', 'source', source, '--domain', run.domain)
-        assert changed.code == 0, changed.err
-    assert interrupt(run).code == 130
-    stamps = [
-        stamp_ns(message) for _, message in Bag(run.folder / 'bag')['/ankle_controller/correction']
-    ]
-    assert {b - a for a, b in pairwise(stamps)} == {15_000_000}
-
-
 def ratio_changes_once(bag, before, after):
     """Return whether the gain, correction by rate, changes once: from one value to the other."""
     rates = {stamp_ns(message): message.angular_velocity.y for _, message in bag['/imu/data_raw']}
