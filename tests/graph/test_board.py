@@ -163,7 +163,9 @@ def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     assert '/ankle_controller/correction' not in bag
 
 
-@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    'number', [signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name
+)
 def test_a_signal_frees_the_robot(number, tmp_path):
     """Also SIGKILL of the command: the node sees its parent go."""
     with ServedRobot(tmp_path) as served:
@@ -232,6 +234,7 @@ def test_references_that_stop_make_it_hold_and_go_on_until_it_is_set_free(tmp_pa
             assert served.free == served.map.numbers
         ended = finish(process, served.folder)
         assert ended.code == 130 and 'stopped' in ended.out, ended.err
+    assert 'no verdict' in ended.out, 'there are no force sensors'
 
 
 def test_a_pulled_cable_ends_the_run_by_name_and_leaves_the_last_target(tmp_path):
