@@ -26,6 +26,7 @@ from khr_common.interfaces import PUSHED
 from khr_report.run.contents import contents_of
 from khr_report.run.page import OUTCOME, report
 from tests.fakes.bags import make_bag, push, reported, state
+from tests.support.in_process import khr_here
 from tests.support.pages import check_alone
 from tests.support.runs import khr
 
@@ -68,6 +69,15 @@ def offline(tmp_path_factory):
         folder,
         folder=folder,
     )
+    assert done.code == 0, done.err
+    return folder
+
+
+@pytest.fixture(scope='module')
+def brief(tmp_path_factory):
+    """A run without a bag that is repeated in no time."""
+    folder = tmp_path_factory.mktemp('report') / 'brief'
+    done = khr_here('run', 'stand_0deg', '--duration', 0.3, '--offline', '--out', folder)
     assert done.code == 0, done.err
     return folder
 
@@ -177,8 +187,8 @@ def test_run_without_a_bag_is_repeated(offline, tmp_path, capsys):
         ({'end': 'stopped'}, 'no bag, so no signals'),
     ],
 )
-def test_run_that_does_not_repeat_has_no_signals(offline, tmp_path, change, says):
-    folder = copy(offline, tmp_path / 'run')
+def test_run_that_does_not_repeat_has_no_signals(brief, tmp_path, change, says):
+    folder = copy(brief, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | change
     (folder / 'outcome.json').write_text(json.dumps(outcome))
     found = contents_of(folder)
@@ -216,8 +226,8 @@ def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
         ),
     ],
 )
-def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, text, says):
-    folder = copy(offline, tmp_path / 'run')
+def test_one_file_missing_or_damaged_leaves_the_rest(brief, tmp_path, name, text, says):
+    folder = copy(brief, tmp_path / 'run')
     (folder / name).unlink()
     if text is not None:
         (folder / name).write_text(text, encoding='latin-1')
@@ -226,8 +236,8 @@ def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, te
     assert found.scenario or found.record
 
 
-def test_changes_of_a_run_without_a_bag_are_those_of_its_outcome(offline, tmp_path):
-    folder = copy(offline, tmp_path / 'run')
+def test_changes_of_a_run_without_a_bag_are_those_of_its_outcome(brief, tmp_path):
+    folder = copy(brief, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | {
         'trajectory_hash': '',
         'changes': [{'time_s': 1.5, 'parameter': 'gait.stride', 'value': 0.25}],

@@ -11,6 +11,8 @@ from matplotlib.text import Text
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
+from khr_report.plots.points import write_points
+from khr_studies.thesis_figures import registry
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from khr_studies.thesis_figures.vibration_figure import (
@@ -67,12 +69,18 @@ def test_the_figures_asked_for_are_there():
 
 @pytest.mark.slow
 @pytest.mark.parametrize('number', OF_MODELS)
-def test_a_figure_is_a_readable_image_and_a_table_with_units(number, tmp_path):
-    with styled():
-        figure = FIGURES[number].draw()
-    check_whole(figure)
-    assert number not in PANELS or len(figure.axes) == PANELS[number]
+def test_a_figure_is_a_readable_image_and_a_table_with_units(number, tmp_path, monkeypatch):
+    drawn = []
+
+    def check_and_write(figure, points):
+        check_whole(figure)
+        drawn.append(figure)
+        write_points(figure, points)
+
+    monkeypatch.setattr(registry, 'write_points', check_and_write)
     image, table = draw(number, tmp_path / 'new')
+    (figure,) = drawn
+    assert number not in PANELS or len(figure.axes) == PANELS[number]
     assert image.suffix == '.png' and image.stat().st_size > 10_000
     content = rows(table)
     assert len(content) > 10
