@@ -16,6 +16,7 @@ from khr_bringup.changes import changes_in
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import DIAGNOSTICS, TF_AVAILABLE
+from tests.support.in_process import khr_here
 from tests.support.runs import (
     LONG,
     Bag,
@@ -67,27 +68,27 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     value, _, meaning = changed.out.partition('  # ')
     assert value == 'ankle_controller.gain: 12.0 -> 18.0' and meaning.startswith('Gain K')
     pause(run.folder)  # what follows changes nothing
-    refused = khr('set', 'ankle_controller', 'gain', '99.0', '--domain', run.domain)
+    refused = khr_here('set', 'ankle_controller', 'gain', '99.0', '--domain', run.domain)
     assert refused.code == 2
     assert refused.err == (
         'khr: ankle_controller: gain: 99.0 is not accepted; accepted: float in [0, 60]\n'
     )
-    fixed = khr('set', 'simulator', 'seed', '3', '--domain', run.domain)
+    fixed = khr_here('set', 'simulator', 'seed', '3', '--domain', run.domain)
     assert fixed.code == 2 and 'khr run --set simulator.seed=VALUE' in fixed.err
-    fixed = khr('set', 'simulator', 'control_delay', '0', '--domain', run.domain)
+    fixed = khr_here('set', 'simulator', 'control_delay', '0', '--domain', run.domain)
     assert fixed.code == 2
-    unknown = khr('set', 'ankle_controller', 'gian', '1.0', '--domain', run.domain)
+    unknown = khr_here('set', 'ankle_controller', 'gian', '1.0', '--domain', run.domain)
     assert unknown.code == 2 and 'gain' in unknown.err
-    successor = khr('switch', 'lift_2.7deg', '--domain', run.domain)
+    successor = khr_here('switch', 'lift_2.7deg', '--domain', run.domain)
     assert successor.code == 2 and 'accepted: a run of khr view' in successor.err
-    shown = khr('get', 'ankle_controller', '--domain', run.domain).out
+    shown = khr_here('get', 'ankle_controller', '--domain', run.domain).out
     again = scenarios.parse(shown, 'shown.yaml', 'shown')
     assert again.of('ankle_controller')['gain'] == 18.0
-    assert khr('get', '/ankle_controller', 'gain', '--domain', run.domain).out.startswith(
+    assert khr_here('get', '/ankle_controller', 'gain', '--domain', run.domain).out.startswith(
         'gain: 18'
     )
     assert re.search(r'^    limit_deg: .*# .* \[deg\]; accepted: float in \[.* deg$', shown, re.M)
-    absent = khr('get', 'knee', '--domain', run.domain, '--timeout', '0.2')
+    absent = khr_here('get', 'knee', '--domain', run.domain, '--timeout', '0.2')
     assert absent.code == 2 and 'within 0.2 s; accepted: ' in absent.err
 
     ended = interrupt(run)
@@ -161,11 +162,11 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
         for name in 'ab'
     ]
     assert len({wait_until_running(tmp_path / name) for name in 'ab'}) == 2
-    unclear = khr('get', 'gait', folder=tmp_path)
+    unclear = khr_here('get', 'gait')
     assert unclear.code == 2
     assert all(f', {tmp_path / name})' in unclear.err for name in 'ab'), unclear.err
     # runs of other tests of this user may stand in the list as well
-    rows = [row for row in khr('list', folder=tmp_path).out.splitlines() if str(tmp_path) in row]
+    rows = [row for row in khr_here('list').out.splitlines() if str(tmp_path) in row]
     assert len(rows) == 2 and all(row.startswith('stand_0deg ') for row in rows), rows
     assert {row.split()[-1] for row in rows} == {str(tmp_path / name) for name in 'ab'}
     for process in runs:

@@ -20,6 +20,7 @@ from websockets.sync.client import connect
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import PUSHED
 from tests.support.browser import browser_page, chart, free_port, row, slider, viewer
+from tests.support.in_process import khr_here
 from tests.support.runs import (
     Bag,
     finish,
@@ -116,12 +117,12 @@ def test_a_slider_changes_the_parameter_of_the_node(page, viewed):
 
 
 def gain(domain):
-    shown = khr('get', 'ankle_controller', 'gain', *domain)
+    shown = khr_here('get', 'ankle_controller', 'gain', *domain)
     return yaml.safe_load(shown.out)['gain'] if shown.code == 0 else None
 
 
 def test_a_change_from_elsewhere_moves_the_slider(page, viewed):
-    assert khr('set', 'hip_controller', 'gain', '20', '--domain', viewed.domain).code == 0
+    assert khr_here('set', 'hip_controller', 'gain', '20', '--domain', viewed.domain).code == 0
     wait_for(
         lambda: (
             page.wait_for_timeout(50)

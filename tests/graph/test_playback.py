@@ -18,6 +18,7 @@ from tests.support.browser import (
     saved,
     slider,
 )
+from tests.support.in_process import khr_here
 from tests.support.runs import khr, start_khr, wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -166,6 +167,6 @@ def test_a_cut_bag_is_shown_up_to_the_cut(fallen, played, tmp_path):
 def test_what_is_no_bag_is_one_line(tmp_path, content):
     if content is not None:
         (tmp_path / 'run.mcap').write_bytes(content)
-    done = khr('view', tmp_path if content is None else tmp_path / 'run.mcap')
+    done = khr_here('view', tmp_path if content is None else tmp_path / 'run.mcap')
     assert done.code == 2
     assert len(done.err.strip().splitlines()) == 1 and 'accepted' in done.err

@@ -13,6 +13,7 @@ from khr_bringup.bout.recorded import played
 from khr_view.charts.charts import BLUE, RED
 from khr_view.model.shapes import shapes
 from khr_view.playback import PlayedRuns, timelines
+from tests.support.in_process import khr_here
 from tests.support.runs import Bag, finish, khr, start_khr, wait_for
 
 SHORT = (
@@ -102,7 +103,7 @@ def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):
     ],
 )
 def test_what_a_bout_does_not_have_is_refused(arguments, says):
-    ended = khr(*arguments)
+    ended = khr_here(*arguments)
     assert (ended.code, ended.err.count('\n')) == (2, 1)
     assert says in ended.err
 
@@ -124,7 +125,7 @@ def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):
 
 @pytest.mark.parametrize('arguments', [['--against', 'last'], ['--namespace', 'red']])
 def test_a_film_of_a_bout_takes_no_other_robot(fought, arguments):
-    ended = khr('film', fought[0], *arguments)
+    ended = khr_here('film', fought[0], *arguments)
     assert (ended.code, ended.err.count('\n')) == (2, 1)
     assert 'not accepted of a bout' in ended.err
 
@@ -132,14 +133,14 @@ def test_a_film_of_a_bout_takes_no_other_robot(fought, arguments):
 @pytest.mark.parametrize('verb', ['report', 'export', 'lines'])
 def test_verbs_of_one_robot_ask_for_it_of_a_whole_bout(fought, tmp_path, verb):
     folder = fought[0]
-    ended = khr(verb, folder)
+    ended = khr_here(verb, folder)
     assert (ended.code, ended.err.count('\n')) == (2, 1)
     assert 'namespace: needed, there are several robots; accepted: /blue, /red' in ended.err
 
 
 def test_the_first_round_of_a_bout_is_exported(fought, tmp_path):
     file = tmp_path / 'blue.csv'
-    ended = khr('export', fought[0], '--namespace', 'blue', '--out', file)
+    ended = khr_here('export', fought[0], '--namespace', 'blue', '--out', file)
     assert ended.code == 0, ended.err
     assert file.read_text().startswith('"time, s",')
 
@@ -158,7 +159,7 @@ def test_an_interrupted_bout_is_one_line_and_keeps_its_bag(tmp_path):
 
 
 def test_a_mistake_in_a_bout_is_one_line():
-    ended = khr('bout', 'shove', '--set', 'referee.round=3')
+    ended = khr_here('bout', 'shove', '--set', 'referee.round=3')
     assert (ended.code, ended.err.count('\n')) == (2, 1)
     assert 'did you mean rounds?' in ended.err
 
