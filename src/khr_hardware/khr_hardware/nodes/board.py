@@ -36,7 +36,7 @@ from khr_common.pacing import Latency, Punctuality
 from khr_common.run_identity import KEY, MalformedError
 from khr_common.scheduling import ask_for_real_time
 from khr_hardware.client import connect
-from khr_hardware.driver import BoardDriver
+from khr_hardware.driver import TORQUE_STATES, BoardDriver
 from khr_hardware.feedback import REST_SAMPLES
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
@@ -64,7 +64,8 @@ class BoardNode(KhrNode):
 
     Until the service ``~/start`` is called the robot is free and the clock stays at 0. Then the
     servos hold their positions, ramp to the first reference, and the clock runs. ``~/hold`` and
-    ``~/free`` take effect immediately. A fault ends the run with its reason.
+    ``~/free`` take effect immediately. A fault ends the run with its reason. After the end of the
+    run the robot is held under the same watchdogs, and does not start again.
     """
 
     parameters: BoardParameters
@@ -96,7 +97,7 @@ class BoardNode(KhrNode):
             for topic in (ANKLE_CORRECTION, HIP_CORRECTION):
                 self.subscribe_bytes(topic, cdr.clock, _reject_correction)
         for name, action in (
-            ('start', self.driver.start),
+            ('start', self._start),
             ('hold', self.driver.hold),
             ('free', self._free),
         ):
@@ -128,16 +129,26 @@ class BoardNode(KhrNode):
     # ---- a period ----
 
     def _on_period(self) -> None:
-        if self.closed or self.state == 'finished':
+        after = self.state == 'finished'
+        if self.closed or (after and self.driver.state not in TORQUE_STATES):
             return
         try:
-            self._run_period(time.monotonic())
+            if after:
+                self._watch()
+            else:
+                self._run_period(time.monotonic())
         except Exception:
             self.close()  # never leave the robot with torque and without a driver
             raise
         if self.driver.state == 'fault':
-            self._enter('finished', end='error', reason=self.driver.reason)
+            if not after:
+                self._enter('finished', end='error', reason=self.driver.reason)
             self.fail(self.driver.reason)
+
+    def _watch(self) -> None:
+        """Hold the last target after the end of the run; the watchdogs stay in force."""
+        self.driver.step(None)
+        self.driver.measure()
 
     def _run_period(self, now: float) -> None:
         own, driver = self.parameters, self.driver
@@ -233,6 +244,11 @@ class BoardNode(KhrNode):
         else:
             response.success, response.message = True, self.driver.state
         return response
+
+    def _start(self) -> None:
+        if self.state == 'finished':
+            raise KhrError('start: not after the end of the run; accepted: a new run')
+        self.driver.start()
 
     def _free(self) -> None:
         self.driver.free()
