@@ -51,7 +51,7 @@ class AccessGuard:
             path: that it asks for, with its query.
         """
         host = headers.get('Host', '')
-        if not self.token and host not in self._names:
+        if not self.token and host.lower() not in self._names:
             return f'host {host!r} is not accepted; accepted: {", ".join(self._names)}'
         if self.token and not self._knows(headers, path):
             return f'no valid token; accepted: the address that khr printed, with its {KEY}'
@@ -70,7 +70,9 @@ class AccessGuard:
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return tuple(f'{name}:{self.port}' for name in ('127.0.0.1', 'localhost', '[::1]'))
+        own = f'[{self.host}]' if ':' in self.host else self.host.lower()
+        names = dict.fromkeys(('127.0.0.1', 'localhost', '[::1]', own))
+        return tuple(f'{name}:{self.port}' for name in names)
 
     def _knows(self, headers: Mapping[str, str], path: str) -> bool:
         try:

@@ -1,6 +1,7 @@
 """Who may open the page."""
 
 import socket
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -83,6 +84,12 @@ def test_only_what_others_reach_has_a_token():
     assert far.token in far.address and near.address == f'http://localhost:{near.port}/'
     near.socket.close()
     far.socket.close()
+
+
+@pytest.mark.parametrize('host', ['127.0.0.2', 'Robot', '::1'])
+def test_the_address_that_was_asked_for_is_accepted(host):
+    own = AccessGuard(None, host, 8090)
+    assert own.refusal({'Host': urlsplit(own.address).netloc.lower()}, '/') == ''
 
 
 def test_a_port_that_is_taken_is_refused_and_a_free_one_found(guard):
