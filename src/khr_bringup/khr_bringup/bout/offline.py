@@ -34,6 +34,7 @@ def run_bout(
     bout: Bout,
     watch: Watch | None = None,
     influences: Mapping[tuple[int, str], Influences] = MappingProxyType({}),
+    ended: Callable[[int, Round], object] = lambda *_: None,
 ) -> BoutResult:
     """Run the rounds of a bout as fast as the physics goes, without a graph.
 
@@ -41,19 +42,19 @@ def run_bout(
         bout: to run.
         watch: called at each sample.
         influences: by round, from 0, and robot.
+        ended: called with each round, from 0, once it is decided.
 
     Raises:
         RunError: if a robot's code fails; the text names the robot.
     """
-    return fight(
-        bout,
-        lambda number: _run_round(
-            bout,
-            number,
-            watch,
-            {robot: influences.get((number, robot), Influences()) for robot in bout.robots},
-        ),
-    )
+
+    def run_round(number: int) -> Round:
+        own = {robot: influences.get((number, robot), Influences()) for robot in bout.robots}
+        result = _run_round(bout, number, watch, own)
+        ended(number, result)
+        return result
+
+    return fight(bout, run_round)
 
 
 def _run_round(

@@ -12,7 +12,7 @@ from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
 from khr_bringup.bout.bout import Bout, parse_bout
 from khr_bringup.bout.offline import Influences, run_bout
-from khr_bringup.bout.result import FILE, BoutResult, write_bout
+from khr_bringup.bout.result import FILE, BoutResult, Round, write_bout
 from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
 from khr_bringup.offline import ControlLoop
@@ -41,25 +41,27 @@ def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: N
         show: called at each sample.
     """
     text = write_scenario(bout, folder)
-    bags: list[RoundBag] = []
+    bags: list[RoundBag] = []  # that of the present round
     before = _Clock(show)
 
     def watch(
         number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
     ) -> None:
-        if record and len(bags) == number:
+        if record and not bags:
             bags.append(RoundBag(bag_of_round(folder, number), bout, text))
-        if record:
-            bags[number].take(truths, loops)
+        for bag in bags:
+            bag.take(truths, loops)
         before(number, truths, loops)
 
-    rounds: list[Any] = []
+    def ended(_: int, result: Round) -> None:
+        if bags:
+            bags.pop().close(result)
+
     try:
-        result = run_bout(bout, watch)
-        rounds += result.rounds
+        result = run_bout(bout, watch, ended=ended)
     finally:
-        for number, bag in enumerate(bags):
-            bag.close(rounds[number] if number < len(rounds) else None)
+        for bag in bags:
+            bag.close(None)
     write_bout(folder, result)
     return result
 

@@ -4,7 +4,10 @@ import pytest
 
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.bout.offline import Influences, run_bout
+from khr_bringup.bout.recorded import record_bout
 from khr_bringup.changes import Change
+from khr_bringup.recorded.bags import read_messages
+from khr_common.interfaces import STATE
 
 SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.75'])
 PUSH = 't=0.03 duration=0.1 link=torso frame=odom force=5.0,0.0,0.0 point=0.0,0.0,0.0'
@@ -38,3 +41,19 @@ def test_a_change_acts_after_its_sample():
     early = Change('simulator', 'inclination_deg', 2.0, 60_000_000)
     soon = hashed(SHORT, [((0, robot), Influences(changes=(early,))) for robot in SHORT.robots])
     assert len({late, soon, hashed(SHORT)}) == 3
+
+
+@pytest.mark.slow
+def test_a_decided_round_is_complete_if_the_next_one_is_interrupted(tmp_path):
+    bout, before = SHORT.set_to(['referee.rounds=3']), []
+
+    def interrupt(time):
+        if time > 0.8:
+            before.extend(read_messages(tmp_path / 'round_1', [STATE], namespace='red')[STATE])
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        record_bout(bout, tmp_path, record=True, show=interrupt)
+    (state,) = before  # complete while the second round goes on
+    assert {each.key: each.value for each in state.values}['trajectory_hash']
+    assert not read_messages(tmp_path / 'round_2', [STATE], namespace='red')[STATE]
