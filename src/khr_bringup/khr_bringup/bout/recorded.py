@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 from khr_analysis.referee import ROBOTS
 from khr_bringup.bout.bag import RoundBag
-from khr_bringup.bout.bout import Bout, parse_bout
+from khr_bringup.bout.bout import Bout, is_bout, parse_bout
 from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.result import FILE, BoutResult, Round, write_bout
 from khr_bringup.changes import changes_in
@@ -81,6 +82,14 @@ def folder_of_round(folder: Path, number: int) -> Path:
 def bag_of_round(folder: Path, number: int) -> Path:
     """Return the bag of a round, from 0, in the folder of its bout."""
     return folder_of_round(folder, number) / 'bag'
+
+
+def bout_of_round(source: Path) -> Path | None:
+    """Return the folder of the bout if a source is the folder of a round, or its bag."""
+    for folder in (source, *source.parents[:2]):
+        if re.fullmatch(r'round_\d+', folder.name) and is_bout(str(folder.parent)):
+            return folder.parent
+    return None
 
 
 def played(source: Path) -> Path:

@@ -117,10 +117,12 @@ def verify_bag(
     namespace: NamespaceOption = '',
 ) -> None:
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
-    from khr_bringup.bout.recorded import verify_bout
+    from khr_bringup.bout.recorded import bout_of_round, verify_bout
     from khr_bringup.recorded.verify import verify
 
     folder = run_named(str(bag))
+    if whole := bout_of_round(folder):
+        raise KhrError(f'{bag}: a round of a bout; accepted: the folder of its bout, {whole}')
     if folder.is_dir() and is_bout(str(folder)):
         with ProgressBar(unit='s') as bar:
             raise typer.Exit(verify_bout(folder, lambda time: bar.show('repeating', time)))
