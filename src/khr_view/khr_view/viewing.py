@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from khr_view.session import Session
 
 Report = Callable[[str], None]
+POLL = 0.2  # s of wall time between looks whether a browser is connected
 OBSERVE = 'khr_view.nodes.observer:observe'  # by name: nodes need ROS
 Observed = Callable[[], AbstractContextManager[object]]
 OPENED = (
@@ -52,14 +54,31 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
     return playback.play(paths, guard, viewing.again != 'never', namespace)
 
 
+@dataclass(frozen=True)
+class Observer:
+    """Observe each run of a page, which is made with the first one."""
+
+    _observed: Observed
+    _pages: Sequence[LivePage]  # one, once it is made
+
+    def __call__(self) -> AbstractContextManager[object]:
+        """Show a run on the page while the context lasts."""
+        return self._observed()
+
+    def wait_for_reader(self) -> None:
+        """Return once a browser shows the page."""
+        while not any(page.display.readers for page in self._pages):
+            time.sleep(POLL)
+
+
 @contextmanager
 def live_page(
     viewing: Viewing | None,
     report: Report,
     session: Session | None = None,
     robots: Sequence[str] = ('',),
-) -> Iterator[Observed]:
-    """Open the page of live runs, if there is to be one; yield the observer of a run.
+) -> Iterator[Observer]:
+    """Open the page of live runs, if there is to be one; yield the observer of each run.
 
     A browser that connects before the page has been built waits.
 
@@ -70,7 +89,7 @@ def live_page(
         robots: names of the robots of a bout; an empty one of one robot alone.
     """
     if viewing is None:
-        yield nullcontext
+        yield Observer(nullcontext, [])
         return
     guard = listen(viewing.host, viewing.port)
     _announce(guard, viewing.browser, report)
@@ -84,7 +103,7 @@ def live_page(
         resolve_name(OBSERVE)(made[0], stop)
 
     try:
-        yield lambda: in_thread(show, report)
+        yield Observer(lambda: in_thread(show, report), made)
     finally:
         for page in made:
             page.close()

@@ -50,7 +50,7 @@ def run_bout(
 
 
 def view_bout(bout: Bout, way: RunOptions, out: Path | None, viewing: Viewing) -> int:
-    """Run a bout on a page, again and again as the page says, until Ctrl-C."""
+    """Run a bout on a page, again and again while a browser is connected, until Ctrl-C."""
     check_domain(way.domain)
     console = Console(stderr=True)
     with live_page(viewing, partial(print_line, console), robots=[*bout.robots]) as observed:
@@ -58,9 +58,10 @@ def view_bout(bout: Bout, way: RunOptions, out: Path | None, viewing: Viewing) -
             own = out if number == 1 else numbered(out, number)
             try:
                 _run(bout, way, own, Callbacks(observed=observed), console)
+                if viewing.again == 'never':
+                    return 0
+                observed.wait_for_reader()
             except KeyboardInterrupt:
-                return 0
-            if viewing.again == 'never':
                 return 0
             if viewing.again == 'next':
                 seed = next(iter(bout.robots.values())).table(RunParameters).seed + 1
