@@ -14,6 +14,7 @@ from typing import Any
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
+from khr_analysis.referee import ROBOTS
 from khr_bringup.recorded.mend import mend
 from khr_bringup.recorded.storage import (
     ACCEPTED,
@@ -118,15 +119,19 @@ def read_messages(
 
 
 def robots_in(bag: Path) -> list[str]:
-    """Return the namespaces of the robots of a recording; empty if it is of one at the root."""
+    """Return the namespaces of the robots of a recording, of a bout red first.
+
+    Empty if it is of one robot at the root.
+    """
     try:
         with opened(existing_bag(bag)) as storage:
             names = [each.topic for each in storage.connections]
     except Exception:  # a damaged file fails in many ways; its reader raises the error
         return []
     suffix = f'/{TRUE_POSE.name}'
-    found = [name.removesuffix(suffix).strip('/') for name in names if name.endswith(suffix)]
-    return [] if '' in found else found
+    found = {name.removesuffix(suffix).strip('/') for name in names if name.endswith(suffix)}
+    order = [*(each for each in ROBOTS if each in found), *sorted(found - {*ROBOTS})]
+    return [] if '' in found else order
 
 
 def read_what_is_left(
