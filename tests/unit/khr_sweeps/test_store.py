@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from khr_common import KhrError, RunError
+from khr_sweeps.results import store as store_module
 from khr_sweeps.results.store import BusyError, OtherResultsError, Store, read_store
 
 HEAD = {'version': 'v', 'seeds': 2}
@@ -47,6 +48,19 @@ def test_results_are_read_again_and_added_to(tmp_path, content, capsys):
     assert read_store(path, number_of)[1] == list(range(6)), 'nothing is added after its end'
     assert [each.name for each in tmp_path.iterdir()] == ['results']
     assert capsys.readouterr().err == ''
+
+
+def test_a_reader_finds_the_whole_new_file_or_none(tmp_path, monkeypatch):
+    path, row, found = tmp_path / 'results', store_module._row, []
+
+    def look(result):
+        found.append(path.exists())
+        return row(result)
+
+    monkeypatch.setattr(store_module, '_row', look)
+    opened(path).close()
+    assert found == [False] and read_store(path, number_of) == (HEAD, [])
+    assert [each.name for each in tmp_path.iterdir()] == ['results']
 
 
 @pytest.mark.slow

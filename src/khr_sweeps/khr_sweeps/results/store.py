@@ -25,6 +25,7 @@ Kept = TypeVar('Kept')
 HEAD = ''  # id of the entry that states what determines the results
 TIMEOUT = 60.0  # s to wait for the transaction of another process
 _UNREADABLE = sqlite3.Error, UnicodeDecodeError  # the latter of a damaged name of a column
+_TABLE = 'CREATE TABLE results (id TEXT PRIMARY KEY, data TEXT, sum INT)'
 _ADD = 'INSERT OR REPLACE INTO results VALUES (?, ?, ?)'
 
 
@@ -85,6 +86,8 @@ class Store(Generic[Kept]):
         self._lock_file = _lock(path, wait)
         self._database: sqlite3.Connection | None = None
         try:
+            if not path.exists():
+                _create(path, head)
             path.open('ab').close()  # raises OSError with the reason, which SQLite does not name
             self._database = _connect(path)
             self._load(self._database, json.loads(json.dumps(head)), replace)
@@ -130,7 +133,7 @@ class Store(Generic[Kept]):
     def _load(self, database: sqlite3.Connection, head: dict[str, Any], replace: bool) -> None:
         with database:
             if not database.execute('SELECT * FROM sqlite_master').fetchall():
-                database.execute('CREATE TABLE results (id TEXT PRIMARY KEY, data TEXT, sum INT)')
+                database.execute(_TABLE)
             there, values, damaged = _read(database, self._accept)
             if there != head and (there is not None or values or damaged):
                 if not replace:
@@ -162,6 +165,18 @@ def read_store(path: Path, accept: Callable[[Any], Kept]) -> tuple[dict[str, Any
         raise OtherResultsError(path)
     _report(path, len(damaged))
     return head, list(values.values())
+
+
+def _create(path: Path, head: dict[str, Any]) -> None:
+    """Create a file without results; whoever reads it meanwhile finds all of it or no file."""
+    new = path.with_name(f'.{path.name}.new')
+    new.write_bytes(b'')
+    database = _connect(new)
+    with database:
+        database.execute(_TABLE)
+        database.execute(_ADD, _row((HEAD, head)))
+    database.close()
+    new.replace(path)
 
 
 def _connect(path: Path, mode: str = 'rwc') -> sqlite3.Connection:
