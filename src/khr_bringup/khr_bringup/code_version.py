@@ -26,15 +26,17 @@ SOURCES = (
     ('khr_common', '**/*.py'),
     ('khr_description', '**/*.py'),
     ('khr_description', 'urdf/*.urdf'),
+    ('khr_models', 'gyro_circuit/*.py'),
     ('khr_sim', '**/*.py'),
     ('khr_balance', '**/*.py'),
-    ('khr_analysis', 'outcome.py'),
-    ('khr_analysis', 'outcome_measures.py'),
-    ('khr_analysis', 'referee.py'),
+    ('khr_analysis', '*.py'),
     ('khr_bringup', 'bout/bout.py'),
     ('khr_bringup', 'bout/offline.py'),
+    ('khr_bringup', 'bout/result.py'),
+    ('khr_bringup', 'changes.py'),
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'recorded/run_signals.py'),
+    ('khr_bringup', 'scenario/*.py'),
 )
 LIBRARIES = ('numpy', 'numba')  # and the library of the engine
 # These begin lines at the end of a scenario as run: of the code, and of each thing around it.

@@ -143,7 +143,7 @@ def study(bouts: int = 50, workers: int | None = None, quiet: bool = False) -> p
     with (
         local_pool(workers, '--workers') as pool,
         ProgressBar('fights', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, ROOT, version_of_study('fights'), bar, {}) as kept,
+        KeptJobs(pool, ROOT, version_of_study(__name__), bar, {}) as kept,
     ):
         return measure(
             kept,

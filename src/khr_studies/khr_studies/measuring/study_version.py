@@ -2,21 +2,49 @@
 
 from __future__ import annotations
 
+import ast
+import hashlib
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
 from khr_bringup.code_version import code_version
 
+CONFIGURATION = 'khr_bringup', 'config/**/*.*'  # a job names scenarios, bouts and robots in it
 
-def version_of_study(study: str) -> str:
-    """Return a digest of the code of the runs, the measurements and a study, given by its folder.
+
+@cache
+def version_of_study(module: str) -> str:
+    """Return a digest of the code of the runs, and of a module with all that it imports.
 
     Stored results are reused while it stays the same.
     """
-    return code_version(*sources_of_study(study))
+    digest = hashlib.sha256(code_version(CONFIGURATION).encode())
+    for name, source in sorted(imported_by(module).items()):
+        digest.update(name.encode() + b'\0' + source)
+    return digest.hexdigest()[:16]
 
 
-def sources_of_study(study: str) -> tuple[tuple[str, str], ...]:
-    """Return the code of measurements and study: packages, and patterns of files in them."""
-    return (
-        ('khr_analysis', '**/*.py'),
-        ('khr_studies', 'measuring/*.py'),
-        ('khr_studies', f'{study}/study.py'),
-    )
+def imported_by(*modules: str) -> dict[str, bytes]:
+    """Return the sources of modules, and of all modules of khr that they import, by name."""
+    found: dict[str, bytes] = {}
+    pending = [*modules]
+    while pending:
+        name = pending.pop()
+        path = _file_of(name)
+        if name in found or path is None:
+            continue
+        found[name] = path.read_bytes()
+        for node in ast.walk(ast.parse(found[name])):
+            if isinstance(node, ast.ImportFrom) and (node.module or '').startswith('khr'):
+                names = (f'{node.module}.{each.name}' for each in node.names)
+                pending += [str(node.module), *names]
+    return found
+
+
+def _file_of(name: str) -> Path | None:
+    """Return the file of a module, without importing it; None for a name inside a module."""
+    package, *parts = name.split('.')
+    place = Path(str(files(package))).joinpath(*parts)
+    options = place.with_suffix('.py'), place / '__init__.py'
+    return next((path for path in options if path.is_file()), None)

@@ -155,9 +155,7 @@ def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool 
     with (
         local_pool(workers, '--workers') as pool,
         ProgressBar(title, runs, lines=True, quiet=quiet, final=True) as bar,
-        KeptJobs(
-            pool, folder, version_of_study('recovery'), bar, {limit_of_ankles: LIMIT}
-        ) as kept,
+        KeptJobs(pool, folder, version_of_study(__name__), bar, {limit_of_ankles: LIMIT}) as kept,
     ):
         pushes = asked.pushes(kept)
         before = best = (*_costs(kept, asked, pushes, [default])[0], default)

@@ -65,7 +65,7 @@ def study(
     with (
         local_pool(workers, '--workers') as pool,
         ProgressBar('recovery', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, ROOT, version_of_study('recovery'), bar, {}) as kept,
+        KeptJobs(pool, ROOT, version_of_study(__name__), bar, {}) as kept,
     ):
         limits = measure(
             kept,

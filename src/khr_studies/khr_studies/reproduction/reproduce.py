@@ -144,7 +144,7 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
         KeptJobs(
             pool,
             experiments.root_of(plan.engine) / SCOREBOARD,
-            version_of_study('scoreboard'),
+            version_of_study(compare.__module__),
             bar,
             {limit_of_seed: LIMIT_RUNS},
         ) as kept,

@@ -242,7 +242,7 @@ def measure_plane(
     with (
         local_pool(jobs, '--workers') as pool,
         ProgressBar('stage 3', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, folder, version_of_study('third_stage'), bar, {}) as kept,
+        KeptJobs(pool, folder, version_of_study(__name__), bar, {}) as kept,
     ):
 
         def climbs(some: Sequence[Setting], name: str) -> pd.DataFrame:

@@ -271,7 +271,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
     with (
         local_pool(jobs, '--workers') as pool,
         ProgressBar('tune', question.runs, lines=True, quiet=quiet, final=True) as bar,
-        KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
+        KeptJobs(pool, folder, version_of_study(__name__), bar, {}) as kept,
     ):
         tried = question.measure(kept, [first], seeds)
         for order in ORDERS:
