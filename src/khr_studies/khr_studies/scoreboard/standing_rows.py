@@ -158,11 +158,13 @@ def _read_back_row(bench: Bench) -> Row:
     delta = np.array(_median_forces(bench, STAGE_1, bench.curve, 'difference_n'))
     measured = np.isfinite(delta)
     curve, delta = np.array(bench.curve)[measured], delta[measured]
-    error = max(
-        abs(float(np.interp(difference, delta, curve)) - phi)
+    errors = [
+        np.interp(bench.lifts(STAGE_1, phi)['difference_n'], delta, curve) - phi
         for phi in thesis.STAGE_1_READ
-        for difference in bench.lifts(STAGE_1, phi)['difference_n']
-    )
+        if len(curve)
+    ]
+    # NaN, and so a miss, if a run fell before its forces were read
+    error = float(np.max(np.abs(errors))) if errors else float('nan')
     return _row(
         'largest error of phi read back from Delta',
         'deg',

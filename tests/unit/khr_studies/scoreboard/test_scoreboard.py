@@ -23,6 +23,7 @@ from khr_studies.measuring.thesis_values import (
     LIMITS,
     SEEN_MM,
     STAGE_1,
+    STAGE_1_READ,
     STAGE_2,
     STAGE_3,
     ThesisTrend,
@@ -308,6 +309,19 @@ def test_one_seed_judges_nothing_that_varies_with_seeds():
     board = scoreboard.compare(bench)
     assert {row['verdict'] for row in board.walks} == {'undecided'}
     assert 'one seed' in summary(board) and QUICK in scoreboard_markdown(board)
+
+
+class Falling(Thesis):
+    """A bench on which the robot falls at one slope before its forces are read."""
+
+    def lifts(self, condition, phi):
+        found = super().lifts(condition, phi)
+        return found.assign(difference_n=nan) if phi == STAGE_1_READ[-1] else found
+
+
+def test_a_fall_before_the_forces_are_read_is_a_miss():
+    rows = {row.get('name'): row for row in scoreboard.compare(Falling(), False).standing}
+    assert rows['largest error of phi read back from Delta']['verdict'] == 'missed'
 
 
 class Coarse(Bench):
