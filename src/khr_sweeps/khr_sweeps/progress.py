@@ -72,6 +72,12 @@ class ProgressBar:
         """Raise the total."""
         self.show(self._title, self._done, self._total + (0.0 if self._final else count))
 
+    def skip(self, count: float) -> None:
+        """Count runs that were finished before, if the total includes them."""
+        if self._final:
+            self._done += count
+            self._before += count
+
     def advance(self, count: float = 1, text: str = '') -> None:
         """Count finished runs or simulated seconds; show a text beside the bar."""
         self.show(self._title, self._done + count, text=text)

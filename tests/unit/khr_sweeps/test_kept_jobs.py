@@ -41,6 +41,16 @@ def test_a_job_is_computed_once_over_all_commands(tmp_path, capsys):
     assert capsys.readouterr().err == ''
 
 
+def test_a_bar_with_the_whole_total_counts_stored_results(tmp_path, monkeypatch):
+    shown = []
+    monkeypatch.setattr(ProgressBar, 'show', lambda bar, *_, **__: shown.append(bar._done))
+    for _ in range(2):
+        bar = ProgressBar('jobs', 6, final=True)
+        with KeptJobs(HerePool(), tmp_path, 'v', bar, {square: 3}) as kept:
+            kept.submit(square, 2).result()
+    assert bar._done == 3
+
+
 @pytest.mark.parametrize(
     'other',
     [

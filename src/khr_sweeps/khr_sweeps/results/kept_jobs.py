@@ -57,14 +57,15 @@ class KeptJobs:
         """Submit a job unless its result exists; return its future."""
         name = _name(self.version, function, arguments)
         kind = TypeAdapter(get_type_hints(function)['return'])
+        cost = self.costs.get(function, 1)
         if name in self._results.values:
             try:
                 done: Future[Any] = Future()
                 done.set_result(kind.validate_python(self._results.values[name]))
+                self.bar.skip(cost)
                 return done
             except ValueError:
                 pass  # of another type: the job is repeated, and its result replaced
-        cost = self.costs.get(function, 1)
         self.bar.expect(cost)
         kept: Future[Any] = Future()
 
