@@ -41,7 +41,7 @@ WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
 LEAST = 0.05  # N; a smaller limit is reported as 0
 COMPLIANT = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
-# The packaged gyro is the default of every scenario, with a bandwidth of 2 Hz; the circuit has its
+# The packaged gyro is the default of every scenario, with a fitted bandwidth; the circuit has its
 # documented bandwidth of 50 Hz.
 GYROS: dict[str, dict[tuple[str, str], object]] = {
     'packaged': {('gyro', 'model'): 'packaged'},

@@ -172,7 +172,8 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
                 SCOREBOARD, lambda: compare(bench, explain=not plan.fast)
             )
         if computed.scoreboard:
-            computed.measured = bench.runs()
+            measured = computed.attempt('table of runs', bench.runs)
+            computed.measured = computed.measured if measured is None else measured
         computed.figures = [drawings[number].finish() for number in plan.figures]
         computed.maps = [drawings[name].finish() for name in plan.maps]
         return computed
