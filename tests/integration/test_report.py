@@ -355,6 +355,11 @@ def test_two_runs_are_compared(recorded, offline, tmp_path, capsys):
     assert 'Spectrogram of the gyro, B' in page.text
 
 
+def test_a_signal_of_another_recording_is_refused_beside_a_comparison(recorded, offline):
+    with pytest.raises(KhrError, match=r'^--topic: not accepted with --against'):
+        report(recorded, offline, topic='/imu/data')
+
+
 def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, tmp_path, capsys):
     other = tmp_path / 'stood'
     assert khr('run', 'stand_0deg', '--offline', '--duration', 1, '--out', other).code == 0
@@ -364,3 +369,4 @@ def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, tmp_pa
     assert f'khr: {warning}\n' in capsys.readouterr().err
     assert 'Too short for a spectrogram: B' in page.text
     assert 'gait.motion walk stand' in rows_after(page, 'Differences between A and B')
+    assert 'shaded' not in page.text, 'the feet do not swing at the same times'

@@ -176,11 +176,12 @@ def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -
     return figure
 
 
-def note(scenario: Scenario) -> str:
-    """Return a note on the signs and delays of the signals."""
+def note(scenario: Scenario, shades: bool = True) -> str:
+    """Return a note on the signs and delays of the signals, and on the shades of swings."""
     late = scenario.table(FootForceParameters).time_constant
     forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
-    shaded = f'; {SHADED}' if any(swings(scenario.table(GaitParameters)).values()) else ''
+    swung = shades and any(swings(scenario.table(GaitParameters)).values())
+    shaded = f'; {SHADED}' if swung else ''
     return f'forward is positive{shaded}{forces}'
 
 

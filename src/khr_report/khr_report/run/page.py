@@ -17,7 +17,7 @@ from khr_bringup.node_registry import registry
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
-from khr_bringup.scenario.derived import derived
+from khr_bringup.scenario.derived import derived, swings
 from khr_common import specifications
 from khr_common.errors import KhrError
 from khr_common.maths.gaps import broken
@@ -62,6 +62,8 @@ def report(
     """
     folder = run if run.is_dir() else run.parent
     page = out or folder / 'report.html'
+    if against is not None and (topic or axis):
+        raise KhrError(f'{"--topic" if topic else "--axis"}: not accepted with --against')
     if topic or axis or (against is None and is_foreign(run, namespace)):
         return report_recording(run, page, topic, axis, namespace)
     paths = {'this run': run} if against is None else {'A': run, 'B': against}
@@ -135,15 +137,16 @@ def _signals(found: Found) -> Markup:
     }
     shown = {title: each for title, each in windows.items() if len(each) > 1}
     with styled():
-        gait = runs[0][1].parameters.table(GaitParameters)
+        gaits = [run.parameters.table(GaitParameters) for _, run, _ in runs]
+        alike = all(swings(each) == swings(gaits[0]) for each in gaits)
         events = [event for _, run, _ in runs for event in run.events]
         signals = {name: series for name, _, series in runs}
-        figure, titles = over_time(signals, shown, Timing(gait, events))
+        figure, titles = over_time(signals, shown, Timing(gaits[0] if alike else None, events))
         above = from_above(found)
     body = picture('; '.join(titles), figure)
     if above is not None:
         body += picture('The balance from above, over the loaded soles of each step', above)
-    texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
+    texts = dict.fromkeys(note(run.parameters, alike).capitalize() for _, run, _ in runs)
     body += paragraphs(
         *(f'{text}. Signals that are zero throughout are left out.' for text in texts)
     )

@@ -29,6 +29,7 @@ from khr_studies.push.motions import (
     near_limit,
 )
 from khr_studies.push.study import GYROS, WATCH, PushCondition, largest_push, push_robot, stance
+from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
 GAINS = (0.0, 12.0, 18.0)
@@ -83,11 +84,16 @@ def measure_push(condition: PushCondition) -> Row:
     }
 
 
-def push_table(tried: Iterable[PushCondition]) -> pd.DataFrame:
-    """Measure conditions; print each on stderr."""
+def push_table(tried: Iterable[PushCondition], pool: Pool | None = None) -> pd.DataFrame:
+    """Measure conditions, on a pool if there is one; print each on stderr."""
+    found = (
+        map(measure_push, tried)
+        if pool is None
+        else (job.result() for job in [pool.submit(measure_push, each) for each in tried])
+    )
     rows = []
-    for condition in tried:
-        rows.append(row := measure_push(condition))
+    for row in found:
+        rows.append(row)
         print(
             '{direction:6} {duration:g} s  K_A {gain:<4g}{gyro:9} robot {survived:.2f} to '
             '{fatal:.2f} N, model {physical_robot:.2f} N'.format(**row),

@@ -107,6 +107,8 @@ def test_a_step_out_of_reach_counts_as_a_fall(monkeypatch):
     ('options', 'message'),
     [
         (['--search'], '--search: not accepted without --recovery'),
+        (['--measured'], '--measured: not accepted without --recovery'),
+        (['--seeds', '7'], '--seeds: not accepted without --recovery'),
         (['--recovery', '--search', '--ka', '18'], '--recovery: has pushes of its own'),
         (['--recovery', '--search', '--direction', 'left'], "--direction: 'left'"),
         (['--recovery', '--search', '--candidates', '3'], '--candidates: 3 is not accepted'),

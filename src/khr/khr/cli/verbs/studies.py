@@ -26,6 +26,7 @@ from khr_common.errors import KhrError
 # Pushes of khr push, as its options take them.
 KA, DURATIONS = '0,12,18', '0.1,0.2,0.5'
 DIRECTIONS, GYROS = 'front,behind', 'packaged,circuit'
+SEEDS, CANDIDATES = 5, 200  # of khr push --recovery
 
 
 def push(
@@ -53,7 +54,7 @@ def push(
             'recovery.md, .csv and .png into --out, docs by default.',
         ),
     ] = False,
-    seeds: SeedsOption = 5,
+    seeds: SeedsOption = SEEDS,
     workers: ProcessesOption = None,
     measured: Annotated[
         bool,
@@ -70,11 +71,19 @@ def push(
             'command resumes.',
         ),
     ] = False,
-    candidates: Annotated[int, typer.Option(help='Candidates of each search.')] = 200,
+    candidates: Annotated[
+        int, typer.Option(help='With --search: candidates of each search.')
+    ] = CANDIDATES,
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
-    if search and not recovery:
-        raise KhrError('--search: not accepted without --recovery')
+    of_recovery = {
+        '--search': search,
+        '--measured': measured,
+        '--seeds': seeds != SEEDS,
+        '--candidates': candidates != CANDIDATES,
+    }
+    if not recovery and (given := [name for name, each in of_recovery.items() if each]):
+        raise KhrError(f'{given[0]}: not accepted without --recovery')
     if recovery:
         own = (ka, duration, DIRECTIONS if search else direction, gyro)
         if own != (KA, DURATIONS, DIRECTIONS, GYROS):
@@ -90,17 +99,18 @@ def push(
     from khr_report.folders import make_folder
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
+    from khr_sweeps.pool import local_pool
 
     if out:
         make_folder(out)
-    table = push_limits.push_table(
-        push_limits.conditions(
-            push_limits.numbers('--ka', ka),
-            push_limits.numbers('--duration', duration),
-            direction.split(','),
-            gyro.split(','),
-        )
+    conditions = push_limits.conditions(
+        push_limits.numbers('--ka', ka),
+        push_limits.numbers('--duration', duration),
+        direction.split(','),
+        gyro.split(','),
     )
+    with local_pool(workers) as pool:
+        table = push_limits.push_table(conditions, pool)
     print(push_page.largest_pushes(table))
     for path in push_page.write(table, out) if out else []:
         print(path)
@@ -208,12 +218,14 @@ def calibrate(
     unauthenticated: UnauthenticatedOption = False,
 ) -> None:
     """Search the free constants for the best agreement with all rows of the thesis."""
+    from khr_report.folders import make_folder
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import ensemble_members
     from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
     from khr_studies.calibration.search import Search
     from khr_studies.measuring.json_file import write_json
 
+    make_folder(out.parent)
     plan = read_plan(config or SHIPPED_PLAN)
     made = Search(plan, engine, seed, seeds, population, candidates)
     cluster = scheduler_of(scheduler, tls, unauthenticated)
@@ -233,8 +245,10 @@ def engines(
     ] = None,
 ) -> None:
     """Run every scenario and limit on both physics engines, and list the differences."""
+    from khr_report.folders import make_folder
     from khr_studies.engines import page, study
 
+    make_folder(out.parent)
     print(f'{out}: {page.write(study.compare_engines(seeds, tolerance, jobs, only), out)}')
 
 
@@ -251,10 +265,12 @@ def stage3(
     ] = False,
 ) -> None:
     """Explain the third stage of standing: how far the hip's damping raises the limit."""
+    from khr_report.folders import make_folder
     from khr_studies.third_stage import page
     from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane
 
+    make_folder(out.parent)
     kept = out.with_suffix('.csv')
     plane = Plane.read(kept) if measured else measure_plane(seeds, engine, jobs)
     print(page.write(plane, compare_with_model(plane), out))

@@ -131,6 +131,9 @@ def lines(
 
     path = recording_named(scenario)
     if topic or axis or namespace or path.is_dir() or is_recording(path):
+        of_scenario = {'--fast': fast, '--set': set_, '--workers': workers}
+        if given := [name for name, each in of_scenario.items() if each]:
+            raise KhrError(f'{given[0]}: not accepted with a recording; accepted: a scenario')
         text = page.recorded_page(recorded.peaks_of_recording(path, topic, axis, namespace))
     else:
         runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
@@ -156,7 +159,9 @@ def scoreboard(
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
+    from khr_report.folders import make_folder
     from khr_studies.scoreboard import page, study
 
+    make_folder(out.parent)
     board = study.scoreboard(seeds, tolerance, jobs, explain, robot, engine)
     print(f'{out}: {page.write(board, out)}')
