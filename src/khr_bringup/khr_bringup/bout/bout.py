@@ -96,7 +96,7 @@ class Bout:
         """
         given = list(texts)
         rules: dict[str, Any] = {}
-        robots = dict(self.robots)
+        own: dict[str, list[str]] = {name: [] for name in ROBOTS}
         for text in given:
             match = re.fullmatch(rf'({"|".join(ROBOTS)})\.(\w+\..*)', text, re.DOTALL)
             chosen, rest = ([match[1]], match[2]) if match else (list(ROBOTS), text)
@@ -106,10 +106,13 @@ class Bout:
                 rules[key] = as_typed(known, read_yaml(value, rest))
                 continue
             for name in chosen:
-                robots[name] = robots[name].changed(changes_of([rest]))
+                own[name].append(rest)
+        robots = {
+            name: scenario.changed(changes_of(own[name])) for name, scenario in self.robots.items()
+        }
         title = ', '.join([self.title or self.name, *given])[:LONGEST]
-        own = _rules(self.name, self._stated_rules | rules)
-        return _checked(self.name, replace(self, rules=own, robots=robots, title=title))
+        found = _rules(self.name, self._stated_rules | rules)
+        return _checked(self.name, replace(self, rules=found, robots=robots, title=title))
 
     def to_yaml(self) -> str:
         """Write the whole bout, defaults included, as a ROS 2 parameter file."""

@@ -71,6 +71,12 @@ def test_a_bout_as_written_is_the_same_bout():
                 assert theirs[robot].whole(node) == scenario.whole(node), node
 
 
+def test_changes_that_need_one_another_are_checked_together():
+    staged = ['ankle_controller.staged=true', 'stage.mode=auto']
+    robots = load_bout('shove').set_to(staged).robots
+    assert all(robot.whole('stage')['mode'] == 'auto' for robot in robots.values())
+
+
 def test_changes_are_of_both_of_one_or_of_the_rules():
     texts = ['ankle_controller.gain=9', 'blue.hip_controller.enabled=true', 'referee.rounds=5']
     changed = bout().set_to(texts)
