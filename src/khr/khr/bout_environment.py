@@ -227,4 +227,13 @@ def bout_env(
 
 
 def _changed(bout: Bout, changes: Mapping[str, Any]) -> Bout:
-    return bout.set_to(f'{key}={json.dumps(value)}' for key, value in changes.items())
+    return bout.set_to(
+        f'{key}={json.dumps(value, default=_plain)}' for key, value in changes.items()
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return a number or an array of NumPy as plain data."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise KhrError(f'{value!r} is not accepted; accepted: a number, text, list or array')

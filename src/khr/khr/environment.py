@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from khr.agent import LARGEST_SEED, OBSERVED, Agent, Observation, action_space, observation_space
 from khr.arguments import ScenarioLike, checked
 from khr.runs import changes_of, prepared
+from khr_bringup.node_registry import controllers
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -29,7 +30,6 @@ from khr_studies.measuring.ensemble_file import read_ensemble
 
 # ID and default scenario; any other one: gymnasium.make(ID, scenario=NAME).
 ENVIRONMENTS = {'khr/Balance-v0': 'stand_0deg', 'khr/Walk-v0': 'walk_7.68deg_ka12'}
-CONTROLLERS = ('ankle_controller', 'hip_controller')
 # Reward per second of each term; the effort is the sum of the squared actions.
 WEIGHTS = {'alive': 1.0, 'pitch_rate': -0.02, 'effort': -0.05}
 OPTIONS = {  # of a reset, and the parameter that each sets
@@ -109,7 +109,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         self.weights = {**WEIGHTS, **(weights or {})}
         self._base = scenario.changed(
             {('simulator', 'duration'): duration(scenario)}
-            | {(node, 'enabled'): False for node in CONTROLLERS}
+            | {(node, 'enabled'): False for node in _controllers(scenario)}
             | ({('simulator', 'gui'): True} if render_mode == 'human' else {})
         )
         self.scenario = self._base
@@ -209,12 +209,13 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         changes: dict[str, Any] = {}
         for name, value in options.items():
             if name == 'robot':
-                if not (isinstance(value, int) and 0 <= value < len(self._robots)):
+                whole = isinstance(value, (int, np.integer))
+                if not (whole and 0 <= value < len(self._robots)):
                     raise KhrError(
                         f'robot: {value!r} is not accepted; accepted: integer in '
                         f'[0, {len(self._robots) - 1}]'
                     )
-                changes |= self._robots[value]
+                changes |= self._robots[int(value)]
             elif name in OPTIONS:
                 several = name == 'push' and not isinstance(value, str)
                 pushes = list(value) if several else [value]
@@ -282,3 +283,12 @@ def env(
 
 for _id, _scenario in ENVIRONMENTS.items():
     gymnasium.register(_id, entry_point='khr.environment:env', kwargs={'scenario': _scenario})
+
+
+def _controllers(scenario: Scenario) -> list[str]:
+    """Return the nodes of a scenario that correct joints and can be turned off."""
+    return [
+        node
+        for node in controllers()
+        if node in scenario.nodes and 'enabled' in scenario.whole(node)
+    ]

@@ -100,11 +100,18 @@ def test_the_robots_act_for_themselves():
     assert red['angle_l_ankle_pitch'] > blue['angle_l_ankle_pitch'] + 0.02
 
 
+def test_parameters_and_starts_may_be_numbers_and_arrays_of_numpy():
+    environment = khr.bout_env('shove', set={'simulator.seed': np.int64(3)}, engine='mujoco')
+    environment.reset(options={'red_start': np.array([-0.2, 0.0, 0.0])})
+    environment.close()
+
+
 @pytest.mark.parametrize(
     ('call', 'says'),
     [
         (lambda: khr.bout_env('nowhere'), 'no such bout'),
         (lambda: khr.bout_env('shove', engine='ode'), r'bullet \| mujoco'),
+        (lambda: khr.bout_env('shove', set={'simulator.seed': object()}), 'a number, text, list'),
         (lambda: fight().step({}), 'after reset'),
         (lambda: started().step({'red': np.zeros(2)}), r"\['red'\].*one of red and blue"),
         (lambda: started().step({'red': np.zeros(3), 'blue': np.zeros(2)}), '2 finite numbers'),

@@ -12,6 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import FrameStackObservation
 
 import khr
+from khr_bringup.node_registry import controllers
 from tests import ROOT
 
 FAST = {'simulator.engine': 'mujoco'}
@@ -39,6 +40,21 @@ def test_gymnasium_finds_the_module_that_registers_the_names():
 def test_a_run_imports_neither_gymnasium_nor_pandas():
     code = 'import khr, sys; khr.run; print({"gymnasium", "pandas"} & sys.modules.keys())'
     assert subprocess.check_output([sys.executable, '-c', code], text=True) == 'set()\n'
+
+
+def test_every_controller_of_the_scenario_is_off():
+    scenario = khr.env('push_behind_step').scenario
+    turned = {node: scenario.whole(node)['enabled'] for node in controllers()}
+    assert turned == dict.fromkeys(
+        ('ankle_controller', 'hip_controller', 'roll_controller', 'recovery'), False
+    )
+
+
+def test_options_take_numbers_of_numpy():
+    environment = khr.env('stand_0deg', engine='mujoco')
+    environment.reset(seed=0, options={'robot': np.int64(1), 'inclination_deg': np.float32(2.0)})
+    assert environment.scenario.whole('simulator')['inclination_deg'] == 2.0
+    environment.close()
 
 
 class Window:
