@@ -7,18 +7,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario.parameter_file import parse_value
-from khr_bringup.scenario.scenario import Scenario
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError
 from khr_common.text.quoting import meant, named, quoted
 from khr_common.text.strict_yaml import read_yaml
+
+if TYPE_CHECKING:
+    from khr_bringup.scenario.scenario import Scenario
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
 
