@@ -63,7 +63,7 @@ def write_motion(parameters: GaitParameters, path: Path) -> list[str]:
     write_text(path, text)
     settings = ['gait.motion=file', f'gait.motion_file={path}', f'gait.between={between}']
     repeated = parameters.motion == 'file' and any(parameters.repeat)
-    return settings + [f"'gait.repeat={list(parameters.repeat)}'"] * repeated
+    return settings + [f'gait.repeat={list(parameters.repeat)}'] * repeated
 
 
 def _form(name: str) -> str:

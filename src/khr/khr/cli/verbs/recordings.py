@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -198,7 +199,7 @@ def _export_motion(run: str, out: Path | None) -> None:
     file = out or Path(f'{folder.name.removesuffix(".yaml")}.csv')
     settings = write_motion(scenario.table(GaitParameters), file)
     print(file)
-    print('play it with ' + ' '.join(f'--set {each}' for each in settings))
+    print('play it with ' + ' '.join(f'--set {quote(each)}' for each in settings))
 
 
 def _filmed(run: str) -> str:
