@@ -93,7 +93,7 @@ def _run(
 def _summarise(result: BoutResult) -> None:
     """Print rounds and winner of a bout."""
     print(result.bout.title or result.bout.name)
-    table = Table('round', 'won by', 'reason', 'time, s', *result.bout.robots, show_edge=False)
+    table = Table('round', 'winner', 'reason', 'time, s', *result.bout.robots, show_edge=False)
     for number, each in enumerate(result.rounds, 1):
         outcomes = [
             outcome.verdict + (f' at {outcome.fell_at:.2f} s' if outcome.fell_at else '')

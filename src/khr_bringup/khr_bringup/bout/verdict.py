@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from khr_analysis.referee import DRAW, Decision
 from khr_bringup.bout.bout import parse_bout
 from khr_bringup.bout.recorded import folder_of_round
 from khr_bringup.bout.result import BoutResult, write_bout
@@ -52,12 +53,17 @@ def main() -> int:
         print(f'bout_verdict: {error}', file=sys.stderr)
         return 1 if isinstance(error, RunError) else 2
     write_bout(folder, BoutResult(bout, [ended]))
-    decision = ended.decision
-    print(f'{bout.name}: won by {decision.winner}, {decision.reason}, {decision.time:.2f} s')
+    print(f'{bout.name}: {text_of(ended.decision)}')
     for warning in ended.warnings:
         print(f'warning: {warning}')
     print(f'trajectory hash {ended.trajectory_hash}', flush=True)
     return 0
+
+
+def text_of(decision: Decision) -> str:
+    """Return a decision as one line: winner, reason and time in s."""
+    won = DRAW if decision.winner == DRAW else f'won by {decision.winner}'
+    return f'{won}, {decision.reason}, {decision.time:.2f} s'
 
 
 if __name__ == '__main__':

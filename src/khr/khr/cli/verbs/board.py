@@ -16,7 +16,7 @@ from rich.live import Live
 from rich.table import Table
 
 from khr.cli.help_text import Command, Group
-from khr.cli.verbs.options import DomainOption, ScenarioArgument, SetOption
+from khr.cli.verbs.options import DomainOption, NeededScenario, SetOption
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError
 
@@ -139,7 +139,7 @@ def start(domain: DomainOption = None) -> None:
 
 
 def deploy(
-    scenario: Annotated[str, ScenarioArgument],
+    scenario: Annotated[str, NeededScenario],
     port: PortArgument,
     before: Annotated[
         Path, typer.Option(help='File to save the current mixings in, for --undo.')
@@ -180,7 +180,7 @@ def deploy(
 
 
 def serve(
-    scenario: Annotated[str, ScenarioArgument],
+    scenario: Annotated[str, NeededScenario],
     link: Annotated[Path, typer.Option(help='Where the line appears, such as /tmp/rcb4.')],
     map_: MapOption = '',
     ground: Annotated[

@@ -25,6 +25,7 @@ def _scenario_names(incomplete: str) -> list[str]:
 ScenarioArgument = typer.Argument(
     help='A scenario file or name; without one, they are listed.', autocompletion=_scenario_names
 )
+NeededScenario = typer.Argument(help='A scenario file or name.', autocompletion=_scenario_names)
 DomainOption = Annotated[
     int | None,
     typer.Option(
