@@ -27,8 +27,10 @@ from khr_sim.physics import engines
 PYTHONS = ((3, 11), (3, 12))
 BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values(), 'pettingzoo')
 ROOM = 1.0  # GB of disk below which a recording is at risk
+OWN_FOLDER = 'set XDG_RUNTIME_DIR to a folder of your own'
 Finding = tuple[bool, str, str]
 GONE = 5.0  # s of wall time within which the child of a killed process ends
+TABLES = (Path('/proc/net/udp'), Path('/proc/net/udp6'))
 _LOOPBACK = '0100007F'  # 127.0.0.1 as /proc/net/udp writes it
 _CHILD = 'from khr_common.lifeline import end_with_parent as e; e(); print(flush=True); input()'
 _PARENT = f"""
@@ -145,12 +147,10 @@ def middleware() -> Finding:
 
 def discovery() -> Finding:
     """Check that two nodes of a run's own domain find each other, and how fast."""
-    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
-        os.environ.update(entry.environment())
-        try:
-            seconds, _ = _discover()
-        except Exception as error:  # the middleware's own errors have no common base
-            return False, f'discovery failed: {error}', 'look at ROS_* and RMW_* variables'
+    try:
+        seconds, _ = _discover()
+    except Exception as error:  # the middleware's own errors have no common base
+        return False, f'discovery failed: {error}', 'look at ROS_* and RMW_* variables'
     return (
         seconds < 3.0,
         f'discovery within one machine {seconds:.2f} s',
@@ -160,12 +160,10 @@ def discovery() -> Finding:
 
 def closed() -> Finding:
     """Check that no socket of a run is reachable from other machines."""
-    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
-        os.environ.update(entry.environment())
-        try:
-            _, found = _discover()
-        except Exception as error:  # as above
-            return False, f'sockets were not tried: {error}', 'look at ROS_* and RMW_* variables'
+    try:
+        _, found = _discover()
+    except Exception as error:  # as above
+        return False, f'sockets were not tried: {error}', 'look at ROS_* and RMW_* variables'
     return (
         not found,
         'a run listens on the loopback alone' if not found else f'open: {", ".join(found)}',
@@ -174,7 +172,13 @@ def closed() -> Finding:
 
 
 def _discover() -> tuple[float, list[str]]:
-    """Return the discovery time of two nodes, s, and the sockets that they opened."""
+    """Return the discovery time of two nodes in a domain of their own, s, and their sockets."""
+    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+        os.environ.update(entry.environment())
+        return _discovered()
+
+
+def _discovered() -> tuple[float, list[str]]:
     import rclpy
     from std_msgs.msg import String
 
@@ -208,11 +212,8 @@ def open_sockets() -> list[str]:
         with suppress(OSError):
             found = re.fullmatch(r'socket:\[(\d+)\]', os.readlink(path))
             own |= {found[1]} if found else set()
-    lines = [
-        line.split()
-        for table in ('udp', 'udp6')
-        for line in Path(f'/proc/net/{table}').read_text().splitlines()[1:]
-    ]
+    tables = [path for path in TABLES if path.exists()]  # without IPv6 there is one
+    lines = [line.split() for path in tables for line in path.read_text().splitlines()[1:]]
     return [
         line[1] for line in lines if line[9] in own and not line[1].startswith(f'{_LOOPBACK}:')
     ]
@@ -239,7 +240,7 @@ def register_is_private() -> Finding:
     try:
         return True, f'register of runs {register()}', ''
     except RunError as error:
-        return False, str(error), 'set XDG_RUNTIME_DIR to a folder of your own'
+        return False, str(error), OWN_FOLDER
 
 
 def disk() -> Finding:
@@ -250,7 +251,10 @@ def disk() -> Finding:
 
 def runs() -> Finding:
     """List the active runs."""
-    entries = running()
+    try:
+        entries = running()
+    except RunError as error:
+        return False, f'runs cannot be listed: {error}', OWN_FOLDER
     listed = ', '.join(f'{each.scenario} (ROS_DOMAIN_ID={each.domain})' for each in entries)
     many = f'{len(entries) or "no"} run{"s" if len(entries) > 1 else ""} going on'
     return True, f'{many}: {listed}' if listed else many, ''
