@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -44,8 +45,12 @@ def pytest_configure(config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Begin with the files that take longest, so that none of them is left alone at the end."""
-    patience = {}
+    """Begin with the files that take longest, so that none of them is left alone at the end.
+
+    Those are the files whose tests are given the most time, then those with the most slow tests.
+    """
+    patience, slow = {}, Counter()
+    by_day = 'not nightly' in config.option.markexpr
     again = config.pluginmanager.hasplugin('rerunfailures')  # not under colcon
     for item in items:
         if is_by_night(f'{item.path.relative_to(ROOT)}::{item.name}'):
@@ -54,10 +59,12 @@ def pytest_collection_modifyitems(config, items):
         alike = alike or item.path.match(*OF_MILLISECONDS)
         if again and alike:
             item.add_marker(pytest.mark.flaky(reruns=2))
+        if by_day and item.get_closest_marker('nightly'):
+            continue
         mark = item.get_closest_marker('timeout')
-        own = mark.args[0] if mark else float(item.get_closest_marker('slow') is not None)
-        patience[item.path] = max(patience.get(item.path, 0.0), own)
-    items.sort(key=lambda item: -patience[item.path])
+        patience[item.path] = max(patience.get(item.path, 0.0), mark.args[0] if mark else 0.0)
+        slow[item.path] += item.get_closest_marker('slow') is not None
+    items.sort(key=lambda item: (-patience.get(item.path, 0.0), -slow[item.path]))
 
 
 @pytest.fixture

@@ -30,14 +30,20 @@ def viewed(tmp_path):
         process.communicate(timeout=60)
 
 
-def test_each_scenario_is_a_run_of_its_own_that_verifies(viewed, tmp_path):
+def test_each_scenario_is_a_run_of_its_own_that_verifies_and_a_refused_one_is_none(
+    viewed, tmp_path
+):
+    scenario, following = tmp_path / 'other.yaml', tmp_path / 'run-2'
+    scenario.write_text('/**/gait:\n  ros__parameters:\n    stride: 1.0e+9\n')
+    refused = khr('switch', scenario, '--domain', viewed.domain)
+    assert refused.code == 2 and 'stride' in refused.err
+    assert viewed.poll() is None and not following.exists()
     with viewer(viewed.port) as got:
         wait_for(lambda: sum(got) > 10_000, 'the page')
         changed = khr('set', 'ankle_controller', 'gain', '7', '--domain', viewed.domain)
         assert changed.code == 0, changed.err
         switched = khr('switch', OTHER, '--domain', viewed.domain)
         assert switched.code == 0 and 'stand_0deg' in switched.out, switched.err
-        following = tmp_path / 'run-2'
         assert wait_until_running(following) == viewed.domain
         (entry,) = (each for each in running() if each.folder == str(following))
         assert entry.scenario == OTHER
@@ -58,11 +64,3 @@ def test_each_scenario_is_a_run_of_its_own_that_verifies(viewed, tmp_path):
     assert load_scenario(OTHER).of('ankle_controller').get('gain') != 7.0
     kept = parse(text.data, 'the bag', OTHER).of('ankle_controller')
     assert kept['gain'] == 7.0, 'the gain is kept'
-
-
-def test_a_refused_scenario_changes_nothing(viewed, tmp_path):
-    scenario = tmp_path / 'other.yaml'
-    scenario.write_text('/**/gait:\n  ros__parameters:\n    stride: 1.0e+9\n')
-    refused = khr('switch', scenario, '--domain', viewed.domain)
-    assert refused.code == 2 and 'stride' in refused.err
-    assert viewed.poll() is None and not (tmp_path / 'run-2').exists()

@@ -118,6 +118,7 @@ def test_the_parts_run_where_there_is_nothing_else(parts, tmp_path):
     check_run(bin_folder, tmp_path, '--offline')
 
 
+@pytest.mark.timeout(300)
 def test_the_sdist_makes_the_same_wheel(whole, tmp_path):
     for name in ('src', 'config', '.ci'):
         left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')

@@ -1,10 +1,12 @@
 """Check what a reader sees of a figure, whatever it shows."""
 
+import csv
 import re
 
 import numpy as np
 from matplotlib.transforms import Bbox
 
+from khr_report.plots.points import write_points
 from khr_studies.documents.figures_page import figures_markdown
 
 TITLE_LINES = 2
@@ -53,3 +55,25 @@ def check_legend(axes):
         points = points[np.isfinite(points).all(axis=1)]
         hidden = [point for point in points if frame.contains(*point) and box.contains(*point)]
         assert not hidden, f'{axes.get_title(loc="left")}: the legend hides {line.get_label()}'
+
+
+def rows_of(figure, folder):
+    """Return a figure's table as (panel, curve, x, y)."""
+    write_points(figure, folder / 'table.csv')
+    with (folder / 'table.csv').open(encoding='utf-8') as file:
+        return [
+            (row['panel'], row['curve'], float(row['x']), float(row['y']))
+            for row in csv.DictReader(file)
+        ]
+
+
+def check_with_units(figure):
+    """Check that all can be read and that every axis has its unit."""
+    check_whole(figure)
+    for axes in figure.axes:
+        assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()
+
+
+def curve(rows, name, panel=''):
+    found = [(x, y) for where, what, x, y in rows if what == name and panel in where]
+    return np.array(found).reshape(-1, 2).T
