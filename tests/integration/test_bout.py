@@ -59,7 +59,7 @@ def test_a_bout_repeats_bit_for_bit_and_a_change_is_found(fought, tmp_path):
     (tmp_path / 'bout.json').unlink()
     without = khr('verify', tmp_path)
     assert (without.code, without.err.count('\n')) == (2, 1)
-    assert 'accepted: that of a bout which has ended' in without.err
+    assert 'accepted: bout.json of a finished bout' in without.err
     stored['rounds'][1]['blue']['verdict'] = 'fell'
     (tmp_path / 'bout.json').write_text(json.dumps(stored))
     other = khr('verify', tmp_path)

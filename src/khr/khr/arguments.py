@@ -88,7 +88,10 @@ def _text(function: Callable[..., object], error: ValidationError) -> str:
     place = first['loc'][0]
     own = names[place] if isinstance(place, int) and place < len(names) else place
     if 'unexpected_positional' in first['type']:
-        return f'{function.__name__}: {quoted(first["input"])} is not accepted; accepted: its name too'
+        return (
+            f'{function.__name__}: {quoted(first["input"])} is not accepted; accepted: as NAME=VALUE '
+            '(keyword only)'
+        )
     if 'unexpected' in first['type']:
         return f'{function.__name__}: {own!r} is not accepted; accepted: {", ".join(names)}'
     if 'missing' in first['type']:

@@ -108,8 +108,8 @@ class Referee:
     """Judge one round by the outcomes and places of both robots.
 
     A robot loses that has stayed down for the time of the rules, or that has left the ring with
-    its torso. While both are down both are counted: a round in which both lose is a draw, as is one
-    that lasts its whole time.
+    its torso. While both are down both are counted: a round that both lose, or that reaches
+    its time limit, is a draw.
     """
 
     def __init__(self, rules: RefereeParameters) -> None:

@@ -198,5 +198,7 @@ def _depths(specs: list[NodeSpec]) -> dict[str, int]:
         level += 1
     left = ', '.join(f'{spec.name} ({spec.package})' for spec in specs if spec.name not in depth)
     if left:
-        raise KhrError(f'{left}: wait for one another; accepted: nodes without a circle')
+        raise KhrError(
+            f'{left}: subscribe to each other in a cycle; accepted: no cyclic dependency'
+        )
     return depth

@@ -13,7 +13,7 @@ from khr_common.errors import KhrError
 
 SCENARIO = 'scenario.yaml'
 ACCEPTED = 'accepted: a new or empty folder'
-_locks: dict[Path, int] = {}  # descriptors, by the folder that this process has claim_folder
+_locks: dict[Path, int] = {}  # descriptors, by the folder that this process has claimed
 
 
 def claim(folder: Path, option: str) -> Path:

@@ -1,4 +1,4 @@
-"""No process outlives the one that started it, however that one ends."""
+"""End a process when its parent dies, however the parent dies."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ class Pace:
 
 @dataclass
 class Latency:
-    """How long something took, over the newest of it: corrections from their sample on."""
+    """Durations of the last 2000 answers or exchanges, such as from sample to correction."""
 
     _seconds: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES))
 

@@ -129,7 +129,7 @@ class Plant:
     def end(self) -> str:
         """Return the end of the run; empty while it goes on.
 
-        It is ``tilted``, ``duration``, or the one that the next answer to act states.
+        It is ``tilted``, ``duration``, or the reason queued by :meth:`answer`.
         """
         for truth, own in zip(self.truths, self.parameters, strict=True):
             if truth.tilt > radians(own.stop_when_tilted_deg):

@@ -25,7 +25,7 @@ from khr_sim.physics import engines
 
 # Requirements that no package declares, or as an extra: ROS, physics engines, PettingZoo.
 PYTHONS = ((3, 11), (3, 12))
-BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values(), 'pettingzoo')
+UNDECLARED = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values(), 'pettingzoo')
 ROOM = 1.0  # GB of disk below which a recording is at risk
 OWN_FOLDER = 'set XDG_RUNTIME_DIR to a folder of your own'
 Finding = tuple[bool, str, str]
@@ -79,16 +79,16 @@ def arithmetic() -> Finding:
 def packages() -> list[str]:
     """Return the distributions of this project and their declared requirements."""
     homes = importlib.metadata.packages_distributions()
-    waiting = [*BESIDE, homes.get('khr', ['khr'])[0]]
+    queue = [*UNDECLARED, homes.get('khr', ['khr'])[0]]
     found: dict[str, str] = {}  # by the name that stands for all its spellings
-    for package in waiting:  # which grows meanwhile
+    for package in queue:  # extended in the loop
         key = re.sub(r'[-_.]+', '-', package).lower()
         if key in found:
             continue
         found[key] = package
         with suppress(importlib.metadata.PackageNotFoundError):
             declared = importlib.metadata.requires(package) if key.startswith('khr') else None
-            waiting += [
+            queue += [
                 re.split(r'[^\w.-]', each, maxsplit=1)[0]
                 for each in declared or ()
                 if 'extra ==' not in each

@@ -50,8 +50,8 @@ class CaptureEstimator:
         Args:
             pitch_rate: reading of the gyro, rad/s, forward positive.
             foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.
-            moving: whether the reference moves. The estimate then is the distance of the body from
-                where its motion takes it, and decays with ``moving_time_constant``.
+            moving: whether the reference moves. The estimate then is the deviation of the body
+                from the planned motion, and decays with ``moving_time_constant``.
 
         Raises:
             KhrError: if a value is not finite.

@@ -234,8 +234,8 @@ def _checked(file: str, bout: Bout) -> Bout:
             if key not in OF_ROBOT and getattr(red, key) != getattr(blue, key):
                 raise KhrError(
                     f'{file}: {BLUE}: {node}: {key}: {quoted(getattr(blue, key))} is not '
-                    f'accepted; accepted: that of {RED}, as they share one world, '
-                    f'{quoted(getattr(red, key))}'
+                    f'accepted; accepted: {quoted(getattr(red, key))}, the value of {RED}: both '
+                    'robots share one world'
                 )
     follows: dict[tuple[str, str], Any] = {
         (SIMULATOR, 'duration'): bout.rules.time_limit,

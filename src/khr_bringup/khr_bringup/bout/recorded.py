@@ -112,7 +112,7 @@ def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
             raise ValueError('no rounds in it')
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         text = error.strerror if isinstance(error, OSError) else error
-        raise KhrError(f'{file}: {text}; accepted: that of a bout which has ended') from error
+        raise KhrError(f'{file}: {text}; accepted: bout.json of a finished bout') from error
     text = read_file(folder / SCENARIO)
     bout = parse_bout(text, str(folder / SCENARIO), str(ended.get('bout', folder.name)))
     red = bout.robots[ROBOTS[0]]
@@ -120,8 +120,8 @@ def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
     other = differences(text, library_versions(bout.engine))
     if other or made != here:
         raise KhrError(
-            f'{folder}: made with {other or f"code version {made}, here {here}"}; accepted: what '
-            'was made with the same, to be repeated bit for bit'
+            f'{folder}: made with {other or f"code version {made}, here {here}"}; accepted: a '
+            'recording made with these versions; others do not repeat bit for bit'
         )
     return bout, ended
 

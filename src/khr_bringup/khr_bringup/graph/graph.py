@@ -93,7 +93,7 @@ def run_graph(
                     scenario.driver.path,
                     _arguments(wiring.driver_parameters(scenario), options.driver_parameters),
                 )
-            keeper = 'graph' if options.one_process else first
+            clock_process = 'graph' if options.one_process else first
             launched = time.monotonic() - began
             ending = replace(
                 callbacks,
@@ -106,9 +106,9 @@ def run_graph(
                 entry.run,
                 ending,
                 failed=lambda: processes.ended() or intruders.found(),
-                stop=lambda: processes.interrupt(keeper),
+                stop=lambda: processes.interrupt(clock_process),
                 endless=options.stay,
-                simulator=scenario.driver.label if scenario.driver else keeper,
+                simulator=scenario.driver.label if scenario.driver else clock_process,
                 arguments=WITHOUT_LOG,
             )
         finally:

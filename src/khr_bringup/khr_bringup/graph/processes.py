@@ -108,7 +108,7 @@ class Processes:
         for name, child in self._children.items():
             code = child.poll()
             if code is not None:
-                return self._obituary(name, code)
+                return self._describe_end(name, code)
             since = self._moved.setdefault(name, now)
             if not _frozen(child.pid):
                 self._moved[name] = now
@@ -119,7 +119,7 @@ class Processes:
     def _log_of(self, name: str) -> Path:
         return self._log / f'{name.replace("/", "_")}.log'
 
-    def _obituary(self, name: str, code: int) -> str:
+    def _describe_end(self, name: str, code: int) -> str:
         how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'
         lines: list[str] = []
         with suppress(OSError):  # somebody may have removed the folder
@@ -156,7 +156,7 @@ class Processes:
                     child.wait()
                     failed.append(f'{name} did not end when it was asked to, and was killed')
                 elif child.returncode not in WELL and name not in self._foreign:
-                    failed.append(self._obituary(name, child.returncode))
+                    failed.append(self._describe_end(name, child.returncode))
         self._remove_empty_logs()
         return '; '.join(failed) or None
 

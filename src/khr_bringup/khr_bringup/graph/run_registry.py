@@ -24,8 +24,8 @@ from khr_common import RunError
 from khr_common.errors import KhrError
 from khr_common.files import write_text
 
-# Above 101 the ports of the middleware overlap the ephemeral ports of the system; users choose
-# choose by hand, so a run takes a large one.
+# Above 101 the ports of the middleware overlap the ephemeral ports of the system; users pick
+# small numbers by hand, so a run takes a large one.
 DOMAINS = range(99, 0, -1)
 PORT_BASE, PORTS_PER_DOMAIN = 7400, 250  # DDSI-RTPS 2.3, 9.6.1.1
 # For rclpy.init in a process that has no log folder: rclpy would make one in the user's home.

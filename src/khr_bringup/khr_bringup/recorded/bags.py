@@ -244,7 +244,8 @@ def namespace_of(names: Iterable[str], topics: Iterable[Topic], namespace: str =
         if name.endswith('/' + topic)
     ]
     by_number = Counter(found).most_common()
-    at_root = found.count('') * 2 > by_number[0][1] if found else True  # not a few of a bout
+    # a few root topics of a bout do not make a robot at the root
+    at_root = found.count('') * 2 > by_number[0][1] if found else True
     spaces = [each for each in by_number if each[0] or at_root]
     if len(spaces) > 1 and not at_root and spaces[0][1] < 2 * spaces[1][1]:
         raise AmbiguousError(

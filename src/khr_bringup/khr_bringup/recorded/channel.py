@@ -120,7 +120,7 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
     moving = [name for name in axes if _moves(table[name])]
     if wanted not in moving:
         raise KhrError(
-            f'axis: {wanted} of {chosen.name} holds nothing: it is constant; accepted: '
+            f'axis: {wanted} of {chosen.name} is constant and has no spectrum; accepted: '
             f'{", ".join(f"--axis {name}" for name in moving) or "a topic that changes"}'
         )
     return Channel(

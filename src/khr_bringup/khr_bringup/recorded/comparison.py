@@ -16,7 +16,7 @@ from khr_common.interfaces import JOINT_STATES, TRUE_POSE, Topic
 from khr_sim.physics.truth import SIGNALS, GroundTruth
 
 TAIL_NS = 100_000_000  # of a run that was interrupted: its last answers may not have come
-# A run takes the angles of the one and the pose of the other alone, but both carry speeds too.
+# A run uses only the angles of joint_states and the pose of odom; their speeds are compared too.
 _WHOLE = {JOINT_STATES: cdr.joint_motion, TRUE_POSE: cdr.pose_and_twist}
 
 

@@ -192,8 +192,8 @@ def _scenario(bag: Path, text: str) -> Scenario:
             raise KhrError(f'{title}: its scenario does not know {node}.{min(missing)}')
     if other := differences(text, library_versions(scenario.table(RunParameters).engine)):
         raise KhrError(
-            f'{bag}: made with {other}; accepted: what was made with the same, to be repeated '
-            'bit for bit'
+            f'{bag}: made with {other}; accepted: a recording made with these versions; '
+            'others do not repeat bit for bit'
         )
     if recorded and recorded != version_of(scenario):
         raise KhrError(

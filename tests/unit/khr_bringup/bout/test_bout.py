@@ -112,7 +112,7 @@ def test_a_mistake_is_one_line_with_the_way_out(before, after, said):
 
 def test_robots_share_one_world_but_pushes_and_errors_are_their_own():
     own = '/red/simulator:\n  ros__parameters: {%s}\n'
-    with pytest.raises(KhrError, match=r'blue: simulator: friction: .* that of red'):
+    with pytest.raises(KhrError, match=r'blue: simulator: friction: .*, the value of red: both'):
         bout(FINE + own % 'friction: 0.5')
     pushed = bout(
         FINE + own % "pushes: ['t=1 duration=0.1 link=base_link frame=odom force=1,0,0']"
