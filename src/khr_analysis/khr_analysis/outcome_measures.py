@@ -161,8 +161,8 @@ class Vibration:
 
     @property
     def rms(self) -> float:
-        """Return the root mean square of the samples so far, in the unit of the rate."""
-        return sqrt(self._sum / self._count)
+        """Return the root mean square of the samples so far, in the unit of the rate; 0 of none."""
+        return sqrt(self._sum / max(self._count, 1))
 
     def add(self, time: float, rate: float) -> None:
         """Take a sample and its time in s."""

@@ -53,7 +53,9 @@ class RunTime:
 
     def since_start(self, stamp_ns: int) -> int:
         """Return the time of a stamp since the start of the run, ns."""
-        if stamp_ns >= SYSTEM_TIME and not self._first:
+        if stamp_ns < SYSTEM_TIME:
+            return stamp_ns
+        if not self._first:
             self._first = stamp_ns
         return stamp_ns - self._first
 

@@ -7,7 +7,7 @@ import pytest
 
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.node import KhrNode
-from khr_common.stamps import TimeJumpError
+from khr_common.stamps import SYSTEM_TIME, TimeJumpError
 
 
 class Block:
@@ -79,3 +79,10 @@ def test_an_error_in_the_code_of_a_block_names_its_line(node, capsys):
 def test_all_that_a_block_may_need_is_received_from_the_start(node, received):
     """A later subscription misses the samples that have been sent by then."""
     assert received == ['rate', 'force']
+
+
+def test_a_change_is_reported_by_the_time_of_the_run(node):
+    assert node.answered_ns == -1
+    for stamp in (7, 22):
+        node._on_numbers('rate', SYSTEM_TIME + stamp, (0.0,))
+    assert node.answered_ns == 15

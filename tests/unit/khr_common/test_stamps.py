@@ -31,6 +31,7 @@ def test_system_time_counts_from_its_first_stamp():
     simulated, system = RunTime(), RunTime()
     assert [simulated.since_start(stamp) for stamp in (0, 15)] == [0, 15]
     assert [system.since_start(SYSTEM_TIME + stamp) for stamp in (7, 22)] == [0, 15]
+    assert system.since_start(30) == 30, 'a stamp that is no system time'
 
 
 def test_set_is_complete_only_with_every_name_of_one_stamp():

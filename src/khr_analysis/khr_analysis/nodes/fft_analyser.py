@@ -49,6 +49,11 @@ class FftAnalyserNode(Listener):
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
 
+    @property
+    def answered_ns(self) -> int:
+        """The time of the last sample."""
+        return self._time.since_start(self.now_ns)
+
     def _on_message(self, message: Any) -> None:
         rows = dict(self._quantity.read(message))
         axis = self.parameters.axis or self._quantity.default or next(iter(rows), '')

@@ -33,6 +33,7 @@ from khr_common.interfaces import (
 from khr_common.stamps import SYSTEM_TIME
 
 Stamps = NDArray[np.int64]
+_LATEST = np.iinfo(np.int64).max
 SAMPLED = (
     JOINT_STATES,
     TRUE_RATE,
@@ -89,6 +90,21 @@ class Track:
         return found
 
 
+def tracks_of(messages: Messages, topics: Iterable[Topic]) -> dict[Topic, Track]:
+    """Return the samples of topics in a bag, with the time of the run as stamps.
+
+    System time counts from its first stamp in the bag; samples without it are left out then.
+    """
+    tracks = {topic: Track.of(messages[topic]) for topic in topics}
+    sampled = [np.array(each.stamps) for each in messages.values() if isinstance(each, Samples)]
+    origins = [stamps[stamps >= SYSTEM_TIME].min(initial=_LATEST) for stamps in sampled]
+    if (origin := min(origins, default=_LATEST)) < _LATEST:
+        for track in tracks.values():
+            kept = track.stamps >= SYSTEM_TIME
+            track.stamps, track.numbers = track.stamps[kept] - origin, track.numbers[kept]
+    return tracks
+
+
 def judge(
     tracks: Mapping[Topic, Track], parameters: MonitorParameters
 ) -> tuple[Stamps, list[Outcome]]:
@@ -129,11 +145,8 @@ def series_of(
     """
     corrections = scenario.corrections
     known = (*SAMPLED, BOARD_CORRECTION, *corrections.values())
-    tracks = {topic: Track.of(messages[topic]) for topic in known}
+    tracks = tracks_of(messages, known)
     stamps = np.unique(np.concatenate([track.stamps for track in tracks.values()]))
-    of_system = stamps[stamps >= SYSTEM_TIME]
-    stamps = of_system if of_system.size else stamps
-    origin = int(of_system[0]) if of_system.size else 0  # the run starts at 0 s
 
     def column(topic: Topic, index: int) -> Array:
         return tracks[topic].column(stamps, index)
@@ -159,7 +172,7 @@ def series_of(
     estimate = whole(RECOVERY_STATE, len(RECOVERY_STATE.names))[:, ESTIMATED]
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     series = Series(
-        time=np.array(stamps - origin, dtype=np.float64) / 1e9,
+        time=np.array(stamps, dtype=np.float64) / 1e9,
         inclination=column(TRUE_INCLINATION, 0),
         pitch=np.array([pitch_of(*turn) for turn in turns], dtype=np.float64),
         pitch_rate=column(TRUE_RATE, 1),

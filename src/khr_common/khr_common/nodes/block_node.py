@@ -43,8 +43,8 @@ class BlockNode(KhrNode):
 
     @property
     def answered_ns(self) -> int:
-        """The stamp of the last answer."""
-        return self._answered
+        """The time of the last answer."""
+        return self._time.since_start(self._answered)
 
     def on_answer(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Handle an answer; called once per sample. By default it does nothing."""

@@ -95,7 +95,7 @@ class KhrNode(ParameterNode):
 
     @property
     def answered_ns(self) -> int:
-        """The stamp of the last sample processed with the present parameters, ns; -1 if none."""
+        """The time of the last sample processed with the present parameters, ns; -1 if none."""
         return self.now_ns
 
     def join(self, others: Sequence[KhrNode]) -> None:

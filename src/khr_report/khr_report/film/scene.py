@@ -17,7 +17,7 @@ from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop, duration, run_offline
-from khr_bringup.recorded.bag_signals import Track, judge
+from khr_bringup.recorded.bag_signals import judge, tracks_of
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
@@ -158,7 +158,7 @@ def recorded_frames(run: RecordedRun) -> list[Frame]:
         KhrError: if the bag cannot be read, or lacks the poses.
     """
     controls = run.parameters.corrections.values()
-    tracks = {topic: Track.of(run.messages[topic]) for topic in run.messages if topic in POSES}
+    tracks = tracks_of(run.messages, [topic for topic in run.messages if topic in POSES])
     stamps, outcomes = judge(tracks, run.parameters.table(MonitorParameters))
     if not outcomes:
         raise KhrError(f'{run.path}: no poses of the robot in it; {ACCEPTED}')

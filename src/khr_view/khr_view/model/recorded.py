@@ -14,7 +14,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import balance_of
 from khr_bringup.node_registry import controllers, short_name
-from khr_bringup.recorded.bag_signals import Track, judge, signal_topics
+from khr_bringup.recorded.bag_signals import Track, judge, signal_topics, tracks_of
 from khr_bringup.recorded.events import events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
@@ -60,7 +60,8 @@ class Timeline:
         sampled = tuple(dict.fromkeys(topics))
         run = RecordedRun(path, sampled, salvage=True, namespace=namespace)
         messages, self.damage, self.name = run.messages, run.damage, name or run.name
-        self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
+        tracks = tracks_of(messages, [topic for topic in sampled if messages[topic]])
+        self._tracks = {topic: track for topic, track in tracks.items() if len(track.stamps)}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:
             raise KhrError(f'{path}: no {", ".join(absent)} in it; accepted: the bag of a khr run')

@@ -8,6 +8,7 @@ from geometry_msgs.msg import WrenchStamped
 
 from khr_common.interfaces import PUSH, STAGE, WORLD
 from khr_common.nodes.node import KhrNode
+from khr_common.stamps import RunTime
 from khr_description.robot import Robot
 from khr_view.charts.charts import BALANCE, CONSTANT, polled_topics
 from khr_view.charts.traces import Traces
@@ -55,6 +56,7 @@ class SeenRobot:
         self.robot: Robot | None = None
         self.run, self.scene, self.traces = LiveRun(), LiveScene(), Traces()
         topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
+        self._time = RunTime()
         self._samples = LatestMessages(node, topics, DEPTH, name)
         self._push = node.publisher(PUSH.under(name))
         self.reports = Reports(
@@ -78,7 +80,7 @@ class SeenRobot:
         """Take the newest samples; return whether there were some."""
         fresh = False
         for topic, stamp_ns, numbers in self._samples.take():
-            fresh = True
+            fresh, stamp_ns = True, self._time.since_start(stamp_ns)
             balance = self.scene.take(topic, stamp_ns, numbers)
             now = self.run.now = stamp_ns / 1e9
             if balance is not None:

@@ -13,6 +13,7 @@ from khr_common.interfaces import (
     TRUE_RATE,
     TRUE_SOLES,
 )
+from khr_common.stamps import SYSTEM_TIME
 
 
 def recorded(signals):
@@ -71,3 +72,37 @@ def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     read = series_of(recorded(messages), Scenario('', {}))[0]
     np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
     np.testing.assert_array_equal(read.pitch, 0.0)
+
+
+def test_the_time_of_a_driver_on_system_time_counts_from_its_first_stamp():
+    scenario = Scenario('', {}).changed(
+        {
+            ('monitor', 'motion_end'): 1.0,
+            ('ankle_controller', 'enabled'): True,
+            ('ankle_controller', 'reference_offset'): -0.7,
+        }
+    )
+    half = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0)
+    sampled = {
+        TRUE_RATE: (0.0, 0.1, 0.0),
+        TRUE_POSE: (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0),
+        TRUE_SOLES: half + half,
+        **dict.fromkeys(TRUE_FORCES, (0.0, 0.0, 3.7)),
+    }
+    found = [
+        series_of(
+            recorded(
+                {
+                    topic: [(origin + 15_000_000 * n, numbers) for n in range(100)]
+                    for topic, numbers in sampled.items()
+                }
+            ),
+            scenario,
+        )
+        for origin in (0, SYSTEM_TIME + 123)
+    ]
+    (simulated, one), (of_system, other) = found
+    assert one == other and one.time == 1.485
+    np.testing.assert_array_equal(of_system.time, simulated.time)
+    np.testing.assert_array_equal(of_system.constant, simulated.constant)
+    assert abs(simulated.constant[0]).max() < abs(simulated.constant[-1]).max(), 'a start ramp'
