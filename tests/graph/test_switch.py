@@ -10,6 +10,7 @@ from khr_bringup.recorded.bags import read_messages
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.interfaces import SCENARIO
 from tests.support.browser import free_port, viewer
+from tests.support.in_process import khr_here
 from tests.support.runs import finish, khr, start_khr, wait_for, wait_until_running
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -35,12 +36,12 @@ def test_each_scenario_is_a_run_of_its_own_that_verifies_and_a_refused_one_is_no
 ):
     scenario, following = tmp_path / 'other.yaml', tmp_path / 'run-2'
     scenario.write_text('/**/gait:\n  ros__parameters:\n    stride: 1.0e+9\n')
-    refused = khr('switch', scenario, '--domain', viewed.domain)
+    refused = khr_here('switch', scenario, '--domain', viewed.domain)
     assert refused.code == 2 and 'stride' in refused.err
     assert viewed.poll() is None and not following.exists()
     with viewer(viewed.port) as got:
         wait_for(lambda: sum(got) > 10_000, 'the page')
-        changed = khr('set', 'ankle_controller', 'gain', '7', '--domain', viewed.domain)
+        changed = khr_here('set', 'ankle_controller', 'gain', '7', '--domain', viewed.domain)
         assert changed.code == 0, changed.err
         switched = khr('switch', OTHER, '--domain', viewed.domain)
         assert switched.code == 0 and 'stand_0deg' in switched.out, switched.err

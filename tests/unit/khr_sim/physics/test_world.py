@@ -160,7 +160,7 @@ def test_in_the_air_nothing_but_gravity_changes_its_momentum(world_with):
     assert np.abs(angular).max() < 1e-4  # kg m^2/s; one thigh alone carries more than 1e-3
 
 
-def test_does_not_move_with_the_ground_out_of_reach(world_with):
+def test_a_robot_begins_as_far_above_the_ground_as_it_is_told(world_with):
     truth = world_with().reset(STANCE, clearance=0.3)
     assert (truth.contact_force == 0.0).all()
     assert truth.sole_position[:, 2] == pytest.approx((0.3, 0.3), abs=1e-3)
