@@ -49,7 +49,7 @@ def test_the_summary_has_winner_hashes_and_folder(fought):
 
 def test_a_bout_repeats_bit_for_bit_and_a_change_is_found(fought, tmp_path):
     folder, _ = fought
-    same = khr('verify', folder)
+    same = khr_here('verify', folder)
     assert same.code == 0, same.err + same.out
     assert 'round 2 blue: compared 21 samples of' in same.out
     assert same.out.splitlines()[-1] == 'same'
@@ -57,12 +57,12 @@ def test_a_bout_repeats_bit_for_bit_and_a_change_is_found(fought, tmp_path):
     for each in folder.iterdir():
         (tmp_path / each.name).symlink_to(each)
     (tmp_path / 'bout.json').unlink()
-    without = khr('verify', tmp_path)
+    without = khr_here('verify', tmp_path)
     assert (without.code, without.err.count('\n')) == (2, 1)
     assert 'accepted: bout.json of a finished bout' in without.err
     stored['rounds'][1]['blue']['verdict'] = 'fell'
     (tmp_path / 'bout.json').write_text(json.dumps(stored))
-    other = khr('verify', tmp_path)
+    other = khr_here('verify', tmp_path)
     assert other.code == 1
     assert 'bout.json: rounds: differs' in other.out
 
