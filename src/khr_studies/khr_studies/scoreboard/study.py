@@ -104,30 +104,6 @@ def scoreboard(
         return replace(compare(bench, explain), robot=robot)
 
 
-def judge(
-    changes: Changes,
-    engine: str = engines.DEFAULT,
-    seeds: int = 3,
-    jobs: int | None = None,
-    tolerance: float = 0.2,
-) -> list[Row]:
-    """Compare a candidate robot with the thesis; return the records of all rows.
-
-    Args:
-        changes: parameters of the candidate by (node, key).
-        engine: of the measurements; the limits are measured on the other engine as well.
-        seeds: of each measurement.
-        jobs: processes; one per core by default.
-        tolerance: of each bisection, deg.
-
-    Raises:
-        KhrError: if an argument is not accepted.
-    """
-    with local_pool(jobs, '--workers') as pool:
-        bench = Bench(pool, seeds, tolerance, settings=with_engine(engine, changes))
-        return [*compare(bench, explain=False).rows]
-
-
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     """Measure the scoreboard on a bench; see :func:`scoreboard`."""
     submit_all(bench, explain)
