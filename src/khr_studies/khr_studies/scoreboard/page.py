@@ -286,7 +286,7 @@ def write(board: Scoreboard, out: Path) -> str:
 
 
 def _explanation_table(explanations: Records) -> Table:
-    changes = [*explanations[0]['shifts']] if explanations else []
+    changes = list(dict.fromkeys(name for each in explanations for name in each['shifts']))
     return Table(
         ('condition', 'thesis, deg', 'seed 0, deg', *changes, 'closest to the thesis'),
         tuple(
@@ -294,7 +294,7 @@ def _explanation_table(explanations: Records) -> Table:
                 each['condition'],
                 f'{each["thesis_deg"]:g}',
                 f'{each["deg"]:.2f}',
-                *(f'{shift:+.2f}' for shift in each['shifts'].values()),
+                *(_signed(each['shifts'].get(name)) or '-' for name in changes),
                 closest(each),
             )
             for each in explanations

@@ -6,6 +6,7 @@ Values of the simulation are measured by the command; values of the thesis come 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -19,7 +20,6 @@ from khr_studies.measuring.condition import Changes, Condition, stiffer_pid, wit
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
 from khr_studies.scoreboard.limit_rows import (
-    TOLERANCE_DEG,
     Limits,
     limit_rows,
     order_rows,
@@ -113,9 +113,10 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     }
     loads = lifted_loads(bench, limits)
     slips = slips_from_mm(bench)
+    rows = limit_rows(limits, others, bench.spread, loads)
     return Scoreboard(
         bench.seeds,
-        [*limit_rows(limits, others, bench.spread, loads), theory_row()],
+        [*rows, theory_row()],
         order_rows(limits, others),
         [
             *standing_rows(bench, limits, loads),
@@ -123,7 +124,7 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
         ],
         [walk_row(row, bench.walks(row.condition, row.inclination_deg), slips) for row in WALKS],
         [trend_row(row, bench) for row in TRENDS],
-        _explanations(bench, limits) if explain else None,
+        _explanations(bench, limits, rows) if explain else None,
         width_rows(bench, limits) if explain else (),
         slips if isfinite(slips) else None,
         bench.engines,
@@ -153,7 +154,7 @@ def submit_all(bench: Bench, explain: bool) -> None:
             bench.start(lift, condition, phi)
 
 
-def _explanations(bench: Bench, limits: Limits) -> list[Row]:
+def _explanations(bench: Bench, limits: Limits, rows: Sequence[Row]) -> list[Row]:
     """Measure the effect of each change on each limit that misses.
 
     Returns:
@@ -162,20 +163,28 @@ def _explanations(bench: Bench, limits: Limits) -> list[Row]:
         the change that comes closest to the thesis (None if no change comes closer).
     """
     missed = [
-        row
-        for row in thesis.LIMITS
-        if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
+        limit for limit, row in zip(thesis.LIMITS, rows, strict=True) if row['verdict'] == 'missed'
     ]
-    for row in missed:
-        for _, changes in CHANGES[row.condition.motion]:
-            bench.start_limit(_changed(row, changes), 1)
-    return [_explanation(bench, limits[row.condition].of_seeds[0], row) for row in missed]
+    for limit in missed:
+        for changes in _alterations(bench, limit.condition).values():
+            bench.start_limit(_changed(limit, changes), 1)
+    return [_explanation(bench, limits[limit.condition].of_seeds[0], limit) for limit in missed]
+
+
+def _alterations(bench: Bench, condition: Condition) -> dict[str, Changes]:
+    """Return the changes that alter a parameter of a condition, by name."""
+    scenario = replace(condition, changes=bench.settings).scenario(0.0)
+    return {
+        name: changes
+        for name, changes in CHANGES[condition.motion]
+        if any(scenario.whole(node)[key] != value for (node, key), value in changes)
+    }
 
 
 def _explanation(bench: Bench, base: float, row: thesis.ThesisLimit) -> Row:
     shifts = {
         name: bench.limit(_changed(row, changes), 1).mean - base
-        for name, changes in CHANGES[row.condition.motion]
+        for name, changes in _alterations(bench, row.condition).items()
     }
     misses = {name: abs(base + shift - row.thesis_deg) for name, shift in shifts.items()}
     closest = min(misses, key=lambda name: misses[name])

@@ -106,9 +106,29 @@ def test_limit_that_misses_stays_and_is_looked_into():
     assert row['condition'] == 'walk, K_A 18' and row['deg'] == pytest.approx(2.0)
     (explanation,) = board.explanations
     assert explanation['condition'] == row['condition']
-    assert [*explanation['shifts']] == [name for name, _ in scoreboard.CHANGES['walk']]
+    changes = [name for name, _ in scoreboard.CHANGES['walk']]
+    changes.remove('no offset of the reference')  # the default robot has none
+    assert [*explanation['shifts']] == changes
     quick = scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False)
     assert quick.explanations is None and quick.widths == ()
+
+
+class OnTwoFeet(Thesis):
+    """A bench on which the lifted foot still carries when the robot tips."""
+
+    def lifts(self, condition, phi):
+        return super().lifts(condition, phi).assign(lifted_load=0.3)
+
+
+def test_a_limit_that_is_near_but_misses_is_looked_into():
+    """Its foot in the air carries load; a limit far away but undecided is not."""
+    board = scoreboard.compare(OnTwoFeet())
+    (row, *_) = missed = [row for row in board.limits if row['verdict'] == 'missed']
+    assert row['deg'] == pytest.approx(row['thesis_deg'])
+    assert [each['condition'] for each in board.explanations] == [
+        each['condition'] for each in missed
+    ]
+    assert 'no hip control' not in board.explanations[0]['shifts'], 'it has no hip control'
 
 
 @pytest.mark.parametrize('motion', scoreboard.CHANGES)
