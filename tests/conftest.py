@@ -30,6 +30,16 @@ settings.load_profile('khr')
 # Tests of many processes at once: a busy machine may keep one waiting beyond its time. What fails
 # there is tried again, twice at most; pytest counts it as rerun.
 OF_PROCESSES = ('graph', 'reliability', 'integration', 'installation')
+# Tests that keep up with the wall clock, most of them with a browser: two files of them at once may
+# be too much for two cores.
+OF_REAL_TIME = (
+    'graph/driver/test_*.py',
+    'graph/test_board.py',
+    'graph/test_live.py',
+    'graph/test_page*.py',
+    'graph/test_playback.py',
+    'integration/test_narrow_pages.py',
+)
 OF_MILLISECONDS = ('khr_hardware/test_server.py',)  # on a pseudo-terminal
 
 
@@ -48,6 +58,7 @@ def pytest_collection_modifyitems(config, items):
     """Begin with the files that take longest, so that none of them is left alone at the end.
 
     Those are the files whose tests are given the most time, then those with the most slow tests.
+    Of three files that follow one another at most one keeps up with the wall clock.
     """
     patience, slow = {}, Counter()
     by_day = 'not nightly' in config.option.markexpr
@@ -64,7 +75,15 @@ def pytest_collection_modifyitems(config, items):
         mark = item.get_closest_marker('timeout')
         patience[item.path] = max(patience.get(item.path, 0.0), mark.args[0] if mark else 0.0)
         slow[item.path] += item.get_closest_marker('slow') is not None
-    items.sort(key=lambda item: (-patience.get(item.path, 0.0), -slow[item.path]))
+    files = sorted(
+        dict.fromkeys(item.path for item in items),
+        key=lambda path: (-patience.get(path, 0.0), -slow[path]),
+    )
+    keeping_up = [path for path in files if any(path.match(each) for each in OF_REAL_TIME)]
+    place = {path: 3 * number for number, path in enumerate(keeping_up)}
+    others = (path for path in files if path not in place)
+    place |= {path: number + number // 2 + 1 for number, path in enumerate(others)}
+    items.sort(key=lambda item: (place[item.path], str(item.path)))
 
 
 @pytest.fixture
