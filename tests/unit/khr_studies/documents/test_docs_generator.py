@@ -37,6 +37,9 @@ def test_the_readme_has_the_numbers_of_the_scoreboard():
     readme = ' '.join((ROOT / 'README.md').read_text(encoding='utf-8').split())
     for row in board.limits:
         if row['condition'] != 'inverted pendulum':
-            assert f'| {row["condition"]} | {row["thesis_deg"]:g} | {row["deg"]:.1f} |' in readme
+            numbers = f'{row["thesis_deg"]:g} | {row["deg"]:.1f} | {row["half_width_deg"]:.1f}'
+            assert f'| {row["condition"]} | {numbers} | {row["verdict"]} |' in readme
+    loads = [row['lifted_load'] for row in board.limits if row['verdict'] == 'missed']
+    assert f'carries {100 * min(loads):.0f} to {100 * max(loads):.0f} % of the weight' in readme
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted}:' in readme
