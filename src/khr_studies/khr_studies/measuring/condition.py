@@ -54,14 +54,17 @@ class Condition:
         """Return a name of motion, surface and gains."""
         words = ['stand' if self.motion == 'leg_lift' else self.motion]
         words += ['uphill'] if self.uphill else []
-        words += [self.surface] if self.surface == 'rubber' else []
+        words += [self.surface] if self.surface != 'smooth' else []
         words += [f'K_A {self.ankle_gain:g}'] if self.ankle_gain else []
         words += [f'K_H {self.hip_gain:g}'] if self.hip_gain else []
         return ', '.join(words if self.ankle_gain or self.hip_gain else [*words, 'no control'])
 
     @property
     def label(self) -> str:
-        """Return the title and all further changes but the engine: equal labels, equal runs."""
+        """Return the title and all further changes but the engine.
+
+        On one engine equal labels mean equal runs.
+        """
         changes = sorted((node, key, value) for (node, key), value in self.changes)
         words = (
             f'{node}.{key} {float(value) if type(value) is int else value}'

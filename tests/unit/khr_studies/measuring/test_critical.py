@@ -94,6 +94,7 @@ def test_condition_uphill_is_the_same_ground_the_other_way():
     assert up.scenario(3.0).table(RunParameters).inclination_deg == -3.0
     assert up.title == 'walk, uphill, K_A 12'
     assert Condition(uphill=True).title == 'walk, uphill, no control'
+    assert Condition(surface='pads').title == 'walk, pads, no control'
 
 
 def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
