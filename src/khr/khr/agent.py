@@ -41,7 +41,7 @@ def observation_space() -> spaces.Box:
 
 
 def action_space() -> spaces.Box:
-    """Return the space of the corrections of both ankles and of both hips."""
+    """Return the action space, (2,): ankle and hip correction, where 1 is 15 deg."""
     return spaces.Box(-1.0, 1.0, (2,), np.float32)
 
 

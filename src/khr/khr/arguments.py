@@ -45,7 +45,7 @@ class Flag:
 
 
 def checked(function: Callable[P, Returned]) -> Callable[P, Returned]:
-    """Raise a :class:`KhrError` for arguments that do not match a function's signature."""
+    """Decorate an API function: arguments that do not fit its signature raise a KhrError."""
 
     @wraps(function)
     def call(*given: P.args, **named: P.kwargs) -> Returned:

@@ -44,7 +44,7 @@ def critical(
     out: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Limit:
-    """Measure the critical inclination, in deg, by bisection over seeds.
+    """Measure the critical inclination, in deg, by one bisection per seed.
 
     Args:
         motion: Motion: ``walk``, or ``leg_lift``, standing on the force-sensor pads.
@@ -55,7 +55,7 @@ def critical(
         set: Change a parameter of the scenario: ``node.parameter=value``.
         robot: Constants of another robot: ``leaning``, or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
-        seeds: Seeds of each measurement.
+        seeds: Number of seeds of each measurement.
         tolerance: Tolerance of each bisection, in deg.
         workers: Processes on this machine; one per core by default.
         out: File for the runs as CSV, or for limit and runs as JSON: FILE.csv or FILE.json.

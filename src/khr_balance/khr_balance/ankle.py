@@ -26,7 +26,7 @@ class AnkleControllerParameters(BalanceParameters):
     )
 
     def constant(self, time: float) -> float:
-        """Return the part of the correction that no sensor causes, rad; the forces have none."""
+        """Return the part of the correction that no sensor changes, rad; 0 with force feedback."""
         return super().constant(time) if self.source == 'gyro' else 0.0
 
 

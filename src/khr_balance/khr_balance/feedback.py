@@ -165,7 +165,9 @@ class BalanceController(FeedbackController[BalanceTable]):
         return finite('share', share, '[0, 1]') * angle
 
     def rate_law(self, time: float, pitch_rate: float) -> float:
-        """Return K (w_meas - w_ref) plus the constant lean, rad, against a forward pitch rate.
+        """Return K (w_meas - w_ref), which opposes the pitch rate, plus the constant lean, rad.
+
+        Call it once for each sample: it stores the rate for the delay.
 
         (3.14) and (5.3) are printed with opposite signs; both describe negative feedback. On ankle
         and hip pitch (+y) a positive angle swings the body backward over a standing foot, so the

@@ -38,14 +38,14 @@ _TWIST = 43 * _DOUBLE  # in an Odometry, behind the pose and its covariance
 
 
 class MessageTemplate:
-    """A message that is sent again and again, and of which only stamp and blanks change.
+    """A serialized message of which only timestamps and the numbers at :data:`BLANK` change.
 
     Args:
-        data: the serialized message, a Clock or one with a header, :data:`BLANK` in its blanks.
-        stamps: where its stamps are, if not at the beginning alone.
+        data: a Clock, or a message with a header.
+        stamps: byte offsets of its timestamps.
 
     Attributes:
-        count: of its blanks.
+        count: number of blanks.
     """
 
     def __init__(self, data: bytes, stamps: Sequence[int] = (4,)) -> None:

@@ -71,7 +71,7 @@ def read_blocks(file: str) -> list[ParameterBlock]:
     """Return the blocks of a parameter file.
 
     Raises:
-        KhrError: if the file cannot be read, or is none, whatever ROS 2 has made of it.
+        KhrError: if the file cannot be read, or is no ROS 2 parameter file.
     """
     text = read_file(Path(file))
     try:

@@ -271,7 +271,13 @@ class Client:
         self.command(commands.move_servos(positions, cycles))
 
     def free(self, numbers: Sequence[int]) -> None:
-        """Switch the torque of servos off; on a bad line send it before any fence too."""
+        """Switch the torque of servos off, by ICS number.
+
+        While a reply is outstanding, the command is also written before the line is synchronised.
+
+        Raises:
+            BoardError: if the board does not confirm it.
+        """
         request = commands.move_servos(dict.fromkeys(numbers, memory.FREE))
         if self._reply_pending and not self.closed:
             self._use_port(lambda: self._port.write(request.encode()))

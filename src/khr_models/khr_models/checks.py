@@ -23,7 +23,11 @@ def inclination_within(inclination: npt.ArrayLike) -> None:
 
 
 def sign_of(form: Form) -> float:
-    """Return the sign of gravity's moment in a form: +1 physical, -1 as published."""
+    """Return the sign of gravity's moment: +1 in the physical form, -1 in the published one.
+
+    Raises:
+        KhrError: if there is no such form.
+    """
     one_of('form', form, FORMS)
     return 1.0 if form == 'physical' else -1.0
 

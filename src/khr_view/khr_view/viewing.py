@@ -56,7 +56,7 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
 
 @dataclass(frozen=True)
 class Observer:
-    """Observe each run of a page, which is made with the first one."""
+    """Show each run on one page, which opens with the first run."""
 
     _observed: Observed
     _pages: Sequence[LivePage]  # one, once it is made

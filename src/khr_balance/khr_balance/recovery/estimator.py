@@ -13,11 +13,11 @@ LOADED = 5.0  # N on both feet from which on their centre of pressure counts
 
 
 class Estimate(NamedTuple):
-    """Centre of mass and capture point ahead of the middle of the soles, m.
+    """Estimated state in the sagittal plane, ahead of the middle of the soles.
 
     Attributes:
-        com: x.
-        capture_point: xi = x + x'/omega, x' = h times the pitch rate.
+        com: centre of mass x, m.
+        capture_point: x + x'/omega, m, where x' is the height of the centre times the pitch rate.
         rate: pitch rate, rad/s.
     """
 

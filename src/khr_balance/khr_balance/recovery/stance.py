@@ -64,7 +64,7 @@ class Stance:
         return applied(self._turn.T, point - self._middle)
 
     def seen_from_torso(self, place: Array, edge: float, lean: float) -> tuple[Array, Array]:
-        """Return a place and the normal of the ground in the frame of the torso, (3,) each.
+        """Return a point, m, and the normal of the ground in the torso frame, (3,) each.
 
         Args:
             place: (3,) in the frame of the soles, m.

@@ -14,7 +14,7 @@ PERIOD = 0.2  # s of wall time between looks
 
 
 class Intruders:
-    """Watch for participants of other users; participants older than the run do not count.
+    """Watch for DDS participants of other users; those present before the run do not count.
 
     A participant listens on two adjacent ports of its domain, so a program with only one of them
     does not count. The superuser is ignored.

@@ -77,7 +77,7 @@ def existing_bag(bag: Path) -> Path:
         bag: the recording, one of its files, or the folder of a run.
 
     Raises:
-        KhrError: if there is none.
+        KhrError: if nothing is there, it holds no bag, or it is a recording of ROS 1.
     """
     place = bag_of(bag)
     if not place.exists():

@@ -14,9 +14,8 @@ from khr_sim.run_parameters import RunParameters
 REALTIME = 'realtime'
 VERDICTS = tuple(dict.fromkeys((*get_args(Verdict), *get_args(SensedVerdict))))
 MEANING = (
-    'Exit with 1 unless the outcome is this: walked, stood, fell or slipped (on a driver without '
-    'truth: upright or fell); and realtime, if the '
-    'wall clock is to have been kept up with, such as walked,realtime.'
+    'Exit with 1 unless the outcome is this: walked, stood, fell or slipped (without ground truth: '
+    'upright or fell), realtime (the run kept up with the wall clock), or both: walked,realtime.'
 )
 
 

@@ -170,7 +170,7 @@ def typed(node: str, key: str, value: Any) -> Any:
 
 
 def as_typed(known: Specification | None, value: Any) -> Any:
-    """Convert integers to floats if the parameter, if known, is a float or a list of floats."""
+    """Convert integers to floats for a parameter of floats; a value of an unknown one stays."""
     if known and known.kind is float and type(value) is int:
         return float(value)
     return with_floats(known, value)

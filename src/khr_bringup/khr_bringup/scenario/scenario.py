@@ -104,7 +104,7 @@ class Scenario:
         It runs in real time unless the scenario states otherwise.
 
         Raises:
-            KhrError: if a node needs a topic that is not published then.
+            KhrError: if a node needs a topic that neither the driver nor another node publishes.
         """
         if driver.path is None and (node := registry().get(driver.name)):
             table = build(node.spec.table, self.of(driver.name))

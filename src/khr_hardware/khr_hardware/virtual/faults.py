@@ -29,7 +29,11 @@ class Fault:
 
     @classmethod
     def parse(cls, text: str) -> Fault:
-        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required."""
+        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required.
+
+        Raises:
+            KhrError: if the text is not accepted.
+        """
         known, words = specifications(cls), (word.partition('=') for word in text.split())
         try:
             return build(

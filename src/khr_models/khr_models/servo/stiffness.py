@@ -19,7 +19,7 @@ class StiffnessSweep:
 
     ``ringing_rate`` is the rms of the ringing part of the pitch rate over a gait cycle, rad/s; it
     is infinite, and ``ringing_frequency`` (Hz) still given, where the loop is unstable.
-    ``stability_limit`` is the largest gain, s.
+    ``stability_limit`` is the gain below which the loop is stable, s (N m s/rad as published).
     """
 
     ringing_frequency: Array

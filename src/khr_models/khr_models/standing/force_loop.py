@@ -64,7 +64,7 @@ class Chain:
 
     @property
     def gravity_stiffness(self) -> Array:
-        """Return how much further a lean is pulled, N m/rad, (n, n).
+        """Return gravity's destabilising torque per joint angle, N m/rad, (n, n).
 
         The height of a centre falls by its height over the upper of two joints, per product of
         their angles.

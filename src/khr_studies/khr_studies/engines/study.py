@@ -127,7 +127,10 @@ def compare_engines(
 
 
 def compare(pool: Pool, names: Sequence[str], seeds: int, tolerance: float) -> pd.DataFrame:
-    """Run scenarios on both engines; measure the limits, and limits and a walk under changes."""
+    """Run scenarios, limits, and a walk and limits with changed parameters, on both engines.
+
+    The ``tolerance`` of a limit is in deg.
+    """
     changed = [('walk', WALK, *change) for change in CHANGES]
     scattered = [
         ('scenario', name, engine, change, changes)

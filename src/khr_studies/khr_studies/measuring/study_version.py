@@ -26,7 +26,7 @@ def version_of_study(module: str) -> str:
 
 
 def imported_by(*modules: str) -> dict[str, bytes]:
-    """Return the sources of modules, and of all modules of khr that they import, by name."""
+    """Return the sources of modules, and of khr modules that they import by ``from``, by name."""
     found: dict[str, bytes] = {}
     pending = [*modules]
     while pending:

@@ -117,7 +117,7 @@ class Walks:
         return np.asarray(self.amplitudes[:, place])
 
     def strongest_between(self, low: float, high: float) -> tuple[float, Array]:
-        """Return the highest bin between the lines from ``low`` to ``high``, Hz.
+        """Return the strongest bin off the gait harmonics from ``low`` to ``high``, Hz.
 
         Returns:
             Its frequency, Hz, and its amplitudes, rad/s, (seeds,); NaN and 0 without a bin.

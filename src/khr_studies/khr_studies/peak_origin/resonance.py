@@ -18,7 +18,7 @@ SMOOTHED = 3  # width of the moving average, in spacings of the lines
 
 @dataclass(frozen=True)
 class Resonance:
-    """A band that grew between the lines."""
+    """A frequency band off the gait harmonics that grew against the reference walks."""
 
     frequency: float  # of the largest growth, Hz
     # low, high: where the growth is half as large, Hz

@@ -134,7 +134,7 @@ def push_walk(condition: PushCondition, impulse: float, phase: float) -> Row:
 
 
 def limit_of_walk(condition: PushCondition, phase: float) -> Row:
-    """Return the largest impulse that the walk holds at a phase, N s, by bisection."""
+    """Return as ``held`` the largest impulse, N s, that the walk survives at a phase, 0 to 1."""
 
     def falls(force: float) -> bool:
         return bool(push_walk(condition, force * condition.duration, phase)['fell'])
@@ -143,7 +143,7 @@ def limit_of_walk(condition: PushCondition, phase: float) -> Row:
 
 
 def limit_of_ankles(condition: PushCondition) -> Row:
-    """Return the largest impulse that the ankles alone hold, N s."""
+    """Return as ``held`` the largest impulse, N s, that the robot survives by its ankles alone."""
     return {'held': largest_push(condition).survived * condition.duration}
 
 

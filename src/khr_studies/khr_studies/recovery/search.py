@@ -192,7 +192,7 @@ def _costs(
 def summarise(runs: pd.DataFrame) -> list[tuple[float, int]]:
     """Return for each candidate its cost and the number of pushes that it holds.
 
-    A fall costs 1 to 2 pushes, by its time after the start of the push.
+    The cost is the mean over pushes: 0 if survived, from 1 for a late fall to 2 for an early one.
     """
     early = 1.0 - ((runs['fell_at_s'].fillna(START) - START) / WATCH).clip(0.0, 1.0)
     cost = runs['fell'].astype(float) * (1.0 + early)

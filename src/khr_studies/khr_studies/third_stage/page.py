@@ -35,7 +35,7 @@ def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
 
 
 def summary(plane: Plane) -> str:
-    """Return where the hip's rate raises the limit most, in one line."""
+    """Return where the hip's rate raises the limit most, and the point nearest the thesis."""
     worth = plane.worth
     time, scale = np.unravel_index(int(np.argmax(worth)), worth.shape)
     near = plane.nearest

@@ -16,7 +16,8 @@ from rich.live import Live
 from rich.table import Table
 
 from khr.cli.help_text import Command, Group
-from khr.cli.verbs.options import DomainOption, NeededScenario, SetOption
+from khr.cli.verbs.live import RunningDomainOption
+from khr.cli.verbs.options import NeededScenario, SetOption
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError
 
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
 
 REDRAWN = 0.1  # s between two updates of --watch
 PortArgument = Annotated[
-    str, typer.Argument(help='Serial line of the board, such as /dev/ttyUSB0.')
+    str, typer.Argument(help='Serial port of the board, such as /dev/ttyUSB0.')
 ]
 RunOrPort = Annotated[
-    str, typer.Argument(help='Serial line of the board; the board of the current run if left out.')
+    str, typer.Argument(help='Serial port of the board; by default that of the current run.')
 ]
 MapOption = Annotated[
     str,
@@ -38,7 +39,7 @@ MapOption = Annotated[
         help="YAML file of servos and AD ports, or khr3hv_forces; the KHR-3HV's by default.",
     ),
 ]
-BaudOption = Annotated[int, typer.Option(help='Rate of the line; 0 tries all three.')]
+BaudOption = Annotated[int, typer.Option(help='Baud rate; 0 tries 115200, 625000 and 1250000.')]
 
 
 def board_verbs() -> typer.Typer:
@@ -108,7 +109,10 @@ def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None
 
 
 def hold(
-    port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
+    port: RunOrPort = '',
+    map_: MapOption = '',
+    baud: BaudOption = 0,
+    domain: RunningDomainOption = None,
 ) -> None:
     """Switch the torque on at the present angles (on a stand), or hold the posture in a run."""
     if not port:
@@ -122,7 +126,10 @@ def hold(
 
 
 def free(
-    port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
+    port: RunOrPort = '',
+    map_: MapOption = '',
+    baud: BaudOption = 0,
+    domain: RunningDomainOption = None,
 ) -> None:
     """Switch the torque of all servos off: a standing robot falls, and a run ends."""
     if not port:
@@ -133,7 +140,7 @@ def free(
     print('17 servos are free')
 
 
-def start(domain: DomainOption = None) -> None:
+def start(domain: RunningDomainOption = None) -> None:
     """Let the robot of a run that was started with --board take its stance and begin."""
     _ask_run('start', domain)
 
@@ -144,7 +151,9 @@ def deploy(
     before: Annotated[
         Path, typer.Option(help='File to save the current mixings in, for --undo.')
     ] = Path('board-before.json'),
-    undo: Annotated[bool, typer.Option('--undo', help='Restore the saved mixings.')] = False,
+    undo: Annotated[
+        bool, typer.Option('--undo', help='Restore the mixings saved in --before.')
+    ] = False,
     map_: MapOption = '',
     baud: BaudOption = 0,
     set_: SetOption = None,
@@ -181,7 +190,9 @@ def deploy(
 
 def serve(
     scenario: Annotated[str, NeededScenario],
-    link: Annotated[Path, typer.Option(help='Where the line appears, such as /tmp/rcb4.')],
+    link: Annotated[
+        Path, typer.Option(help='Path of the virtual serial port, such as /tmp/rcb4.')
+    ],
     map_: MapOption = '',
     ground: Annotated[
         bool,
@@ -220,7 +231,7 @@ def serve(
         float, typer.Option(help='With --wire, the time that the board itself takes, ms.')
     ] = 0.72,
     byte_us: Annotated[
-        float, typer.Option(help='With --wire, and for each byte that is read, us.')
+        float, typer.Option(help='With --wire, the further time for each byte that is read, us.')
     ] = 54.0,
     set_: SetOption = None,
 ) -> None:

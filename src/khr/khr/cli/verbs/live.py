@@ -19,7 +19,8 @@ from khr_bringup.graph.run_registry import RunEntry, choose, running
 RunningDomainOption = Annotated[
     int | None,
     typer.Option(
-        '--domain', help='ROS domain of the run; the only one by default, or as ROS_DOMAIN_ID.'
+        '--domain',
+        help='ROS domain of a running run; by default ROS_DOMAIN_ID, else the only run.',
     ),
 ]
 TimeoutOption = Annotated[

@@ -35,8 +35,7 @@ DomainOption = Annotated[
     ),
 ]
 OfflineOption = Annotated[
-    bool,
-    typer.Option('--offline', help='The same cores without ROS: no topics, the same trajectory.'),
+    bool, typer.Option('--offline', help='Run without ROS: no topics; the trajectory is the same.')
 ]
 ProcessesChoice = Annotated[
     bool | None,
@@ -57,7 +56,7 @@ PrintRos2Option = Annotated[
 ]
 RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
 OutOption = Annotated[
-    Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
+    Path | None, typer.Option(help='Folder of the run or bout; runs/NAME-TIME by default.')
 ]
 TopicOption = Annotated[
     str,
@@ -75,18 +74,22 @@ NamespaceOption = Annotated[
 ]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
+    typer.Option(
+        '--set',
+        help='Change a parameter: node.parameter=value (of one robot of a bout, '
+        'red.node.parameter=value); repeatable.',
+    ),
 ]
 RobotOption = Annotated[
     str,
     typer.Option(
         '--robot',
-        help='Constants of another robot for all that the scenario leaves out: leaning, '
-        'or a parameter file.',
+        help='Constants of another robot, leaning or a parameter file; values of the scenario '
+        'itself take precedence.',
     ),
 ]
 EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
-SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
+SeedsOption = Annotated[int, typer.Option(help='Number of seeds of each measurement.')]
 ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]
 OptimiserSeedOption = Annotated[int, typer.Option(help='Seed of the optimiser.')]
 ProcessesOption = Annotated[

@@ -26,7 +26,7 @@ def film(
     run: Annotated[
         str,
         typer.Argument(
-            help='A run folder, its bag, or a scenario file or name; "last" is the newest run.'
+            help='Folder of a run or bout, a bag, "last", or a scenario or bout (file or name).'
         ),
     ],
     out: Annotated[
@@ -82,7 +82,8 @@ def film(
 
 def report(
     run: Annotated[
-        Path, typer.Argument(help='The folder of a run, its bag, or any other rosbag2.')
+        Path,
+        typer.Argument(help='Folder of a run or bout, any rosbag2, or "last" for the newest run.'),
     ],
     against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
     out: Annotated[
@@ -114,7 +115,7 @@ def report(
 
 
 def verify_bag(
-    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
+    bag: Annotated[Path, typer.Argument(help='Folder of a run or bout, a bag, or "last".')],
     namespace: NamespaceOption = '',
 ) -> None:
     """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
@@ -159,7 +160,7 @@ def export(
         ),
     ] = None,
     motion: Annotated[
-        bool, typer.Option(help='Write the key frames of the motion instead.')
+        bool, typer.Option('--motion', help='Write the key frames of the motion instead.')
     ] = False,
     namespace: NamespaceOption = '',
 ) -> None:

@@ -43,7 +43,7 @@ def start_run(
     scenario: Annotated[str | None, ScenarioArgument] = None,
     duration: Annotated[
         float | None,
-        typer.Option(help='Simulated seconds; the whole motion by default, and with 0.'),
+        typer.Option(help='Simulated seconds; 0, the default, runs the whole motion.'),
     ] = None,
     realtime: Annotated[
         bool, typer.Option('--realtime', help='Run against the wall clock instead of in lockstep.')
@@ -51,7 +51,7 @@ def start_run(
     offline: Annotated[
         bool,
         typer.Option(
-            '--offline', help='The same code without ROS: no topics, no bag, the same trajectory.'
+            '--offline', help='Run without ROS: no topics, no bag; the trajectory is the same.'
         ),
     ] = False,
     one_process: ProcessesChoice = None,
@@ -81,7 +81,7 @@ def start_run(
         str,
         typer.Option(
             metavar='PORT',
-            help='Run on the real robot behind this serial line, such as /dev/ttyUSB0; it moves '
+            help='Run on the real robot at this serial port, such as /dev/ttyUSB0; it moves '
             'only after khr board start.',
         ),
     ] = '',
@@ -142,19 +142,25 @@ def start_run(
 
 def view(
     source: Annotated[
-        str, typer.Argument(help='A scenario or bout, by file or name, or the folder of a run.')
+        str,
+        typer.Argument(
+            help='A scenario or bout (file or name), a recording (folder or bag), or "last".'
+        ),
     ],
     against: Annotated[
         Path | None, typer.Option(help='Another run to play back for comparison.')
     ] = None,
     pace: Annotated[
-        float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
+        float, typer.Option(help='Speed: simulated over wall time; 0 is as fast as possible.')
     ] = 1.0,
     duration: Annotated[
         float, typer.Option(help='Simulated seconds; 0 goes on until stopped.')
     ] = 0.0,
     host: Annotated[
-        str, typer.Option(help='Address of the page; one that others reach needs a token.')
+        str,
+        typer.Option(
+            help='Address to serve on; if other machines reach it, the printed address has a token.'
+        ),
     ] = '127.0.0.1',
     port: Annotated[
         int, typer.Option(help='Port of the page; the first free one from 8090 on by default.')

@@ -50,8 +50,8 @@ def push(
         bool,
         typer.Option(
             '--recovery',
-            help='Measure the recovery step at every level instead, with its holes; writes '
-            'recovery.md, .csv and .png into --out, docs by default.',
+            help='Measure instead at every strength of push whether the recovery step saves the '
+            'robot; writes recovery.md, .csv and .png into --out, docs by default.',
         ),
     ] = False,
     seeds: SeedsOption = SEEDS,
@@ -66,7 +66,7 @@ def push(
         bool,
         typer.Option(
             '--search',
-            help='With --recovery: search the shape of the step against pushes from --direction '
+            help='With --recovery: optimise the step for pushes from --direction '
             'instead; writes recovery.yaml into --out, runs/recovery_search by default. The same '
             'command resumes.',
         ),
@@ -146,12 +146,15 @@ def fights(
         Path, typer.Option(help='The page to write, with a .csv and a .png beside it.')
     ] = Path('docs/fights.md'),
     bouts: Annotated[
-        int, typer.Option(min=1, help='Bouts of each cell; the same command resumes.')
+        int,
+        typer.Option(
+            min=1, help='Bouts of each combination of settings; the same command resumes.'
+        ),
     ] = 50,
     workers: ProcessesOption = None,
     measured: Annotated[
         bool,
-        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+        typer.Option('--measured', help='Write page and picture from stored data, without runs.'),
     ] = False,
 ) -> None:
     """Fight many bouts of two robots: who wins, over gains, stance and recovery step."""
@@ -192,11 +195,11 @@ def tune(arguments: dict[str, Any], _: list[str]) -> None:
 def calibrate(
     config: Annotated[
         Path | None,
-        typer.Option(help='Free constants and rows; the shipped calibration.yaml if left out.'),
+        typer.Option(help='Constants and values to fit; the shipped calibration.yaml by default.'),
     ] = None,
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
     members: Annotated[
-        Path, typer.Option(help='The file of the robots that fit to write.')
+        Path, typer.Option(help='JSON file to write, of the robots that fit.')
     ] = Path('config/ensemble.json'),
     journal: Annotated[
         Path,
@@ -207,7 +210,7 @@ def calibrate(
     engine: EngineOption = 'mujoco',
     candidates: Annotated[int, typer.Option(help='Candidates of the search.')] = 600,
     confirm: Annotated[
-        int, typer.Option(help='The best of them, to be measured again on both engines.')
+        int, typer.Option(help='Number of best candidates to measure again on both engines.')
     ] = 50,
     population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
     seed: OptimiserSeedOption = 0,
@@ -241,7 +244,8 @@ def engines(
     tolerance: ToleranceOption = 0.1,
     jobs: ProcessesOption = None,
     only: Annotated[
-        str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
+        str | None,
+        typer.Option(help='Scenarios, separated by commas; all shipped ones by default.'),
     ] = None,
 ) -> None:
     """Run every scenario and limit on both physics engines, and list the differences."""
@@ -261,7 +265,7 @@ def stage3(
     jobs: ProcessesOption = None,
     measured: Annotated[
         bool,
-        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+        typer.Option('--measured', help='Write page and picture from stored data, without runs.'),
     ] = False,
 ) -> None:
     """Explain the third stage of standing: how far the hip's damping raises the limit."""

@@ -27,7 +27,7 @@ from khr_sim.physics import engines
 
 def figure(
     numbers: Annotated[
-        list[str], typer.Argument(help='Figures of the thesis, such as 3.8 5.9, or all.')
+        list[str], typer.Argument(help='Figures, such as 3.8 5.9 open_loops, or all.')
     ],
     out: Annotated[
         Path, typer.Option(help='Folder for PNG and CSV, or one file, .png, .pdf or .svg.')
@@ -42,7 +42,7 @@ def figure(
         ),
     ] = None,
     fast: Annotated[
-        bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
+        bool, typer.Option('--fast', help='Run shorter, coarser experiments.')
     ] = False,
     signal: Annotated[
         str | None,
@@ -76,7 +76,7 @@ def reproduce(
         typer.Option(help='Figures, maps and "scoreboard", separated by commas; all by default.'),
     ] = None,
     fast: Annotated[
-        bool, typer.Option('--fast', help='Use the quick, coarse form: minutes.')
+        bool, typer.Option('--fast', help='Run shorter, coarser experiments: minutes.')
     ] = False,
     out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
     workers: ProcessesOption = None,
@@ -158,7 +158,7 @@ def scoreboard(
     robot: RobotOption = '',
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
-    """Measure every row of the thesis on the simulated robot and write the scoreboard."""
+    """Measure every published value of the thesis on the simulated robot; write the scoreboard."""
     from khr_report.folders import make_folder
     from khr_studies.scoreboard import page, study
 
