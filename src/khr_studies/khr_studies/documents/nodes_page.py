@@ -85,11 +85,15 @@ def _node(name: str, node: RegisteredNode) -> Passage:
         ', '.join(f'`{topic.name}`' for topic in topics)
         for topics in (spec.subscribes, spec.publishes)
     )
+    corrected = ', and to the correction of each node in `answers`' * (
+        spec.drives or name == 'simulator'
+    )
+    publishes = f' Publishes {published}.' if published else ''
     role = ' It answers every sample.' if spec.block else ' A run waits for it.' * spec.listens
     return Passage(
         f'{name} ({spec.package})',
         (
-            f'Subscribes to {subscribed}. Publishes {published}.{role}',
+            f'Subscribes to {subscribed}{corrected}.{publishes}{role}',
             table(specifications(spec.table).values(), PARAMETER_COLUMNS),
         ),
     )
