@@ -1,6 +1,7 @@
 """Films: the pictures are those of the run, and the run is the one recorded."""
 
 import json
+import weakref
 from math import nan, pi
 
 import numpy as np
@@ -14,7 +15,7 @@ from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
-from khr_report.film.film import render_run
+from khr_report.film.film import render, render_run
 from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay
 from khr_report.film.panels import (
     FAINT,
@@ -217,6 +218,24 @@ def test_film_has_its_pictures_in_both_files(folder):
     with Image.open(animation) as gif:
         assert gif.size == SMALL[:2]
         assert gif.n_frames == 6  # 0.3 s at 20 per s
+
+
+def test_a_film_holds_few_pictures_in_memory(tmp_path):
+    drawn, most = [], 0
+
+    def draw(times):
+        nonlocal most
+        for time in times:
+            picture = Image.new('RGB', (64, 64), (int(60 * time), 0, 0))
+            drawn.append(weakref.ref(picture))
+            most = max(most, sum(each() is not None for each in drawn))
+            yield picture
+
+    files = render(
+        tmp_path / 'film', 3.96, draw, Look(64, 64, 25.0), None, (0.0, None), lambda *_: None
+    )
+    assert len(drawn) == 1 + 99 and most < 6
+    assert all(each.stat().st_size for each in files)
 
 
 def test_a_gif_keeps_the_colours_of_the_balance():

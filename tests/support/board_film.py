@@ -71,7 +71,9 @@ def draw(file):
         stand_and_squat(link, robot, seconds=0.8)
     count = round(kept[-1].time * LOOK.rate)
     times = [number / LOOK.rate for number in range(count)]
-    save_gif(file, list(pictures([Filmed(scenario, kept)], times, LOOK)), LOOK.rate)
+    filmed = [Filmed(scenario, kept)]
+    (sample,) = pictures(filmed, times[count // 2 : count // 2 + 1], LOOK)
+    save_gif(file, pictures(filmed, times, LOOK), sample, LOOK.rate)
     robot.close()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -115,16 +115,16 @@ def render(
         raise KhrError(
             f'--start {start:g}, --end {end}: nothing to show; accepted: a part of [0, {last:g}] s'
         )
-    shown = []
-    for time, picture in zip(wanted, draw(wanted), strict=True):
-        shown.append(picture)
-        show('drawing', time, wanted[-1])
-    show('writing MP4 and GIF', 0.0, wanted[-1])
+    (sample,) = draw([wanted[len(wanted) // 2]])
+
+    def drawn() -> Iterator[Image.Image]:
+        for time, picture in zip(wanted, draw(wanted), strict=True):
+            show('drawing', time, wanted[-1])
+            yield picture
+
     movie, animation = Path(f'{base}.mp4'), Path(f'{base}.gif')
-    with written(movie) as file:
-        _save_movie(file, shown, look.rate)
-    with written(animation) as file:
-        save_gif(file, shown, look.rate)
+    with written(movie) as file, written(animation) as other:
+        save_gif(other, _into_movie(file, drawn(), sample.size, look.rate), sample, look.rate)
     return [movie, animation]
 
 
@@ -181,31 +181,35 @@ def look_of(width: int, height: int, rate: float, panels: int = 1) -> Look:
     return Look(width, height, rate)
 
 
-def _save_movie(path: Path, pictures: list[Image.Image], rate: float) -> None:
-    writer = imageio_ffmpeg.write_frames(
-        str(path), pictures[0].size, fps=rate, macro_block_size=2, quality=7
-    )
+def _into_movie(
+    path: Path, pictures: Iterable[Image.Image], size: tuple[int, int], rate: float
+) -> Iterator[Image.Image]:
+    """Write pictures to a movie one by one as they are taken: a long film is large in memory."""
+    writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, macro_block_size=2, quality=7)
     writer.send(None)
-    for picture in pictures:
-        writer.send(np.asarray(picture).tobytes())
-    writer.close()
+    try:
+        for picture in pictures:
+            writer.send(np.asarray(picture).tobytes())
+            yield picture
+    finally:
+        writer.close()
 
 
-def save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
-    """Save pictures as a looping GIF at a rate, 1/s."""
+def save_gif(
+    path: Path, pictures: Iterable[Image.Image], sample: Image.Image, rate: float
+) -> None:
+    """Save pictures as a looping GIF at a rate, 1/s, in the colours of one of them."""
     # With one palette for all frames a GIF stores only moving parts and does not flicker.
-    found = pictures[len(pictures) // 2].quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
+    found = sample.quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
     palette = Image.new('P', (1, 1))
     palette.putpalette(
         [*(value for color in COLORS for value in color), *(found.getpalette() or [])]
     )
-    first, *rest = [
-        picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
-    ]
-    first.save(
+    frames = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures)
+    next(frames).save(
         path,
         save_all=True,
-        append_images=rest,
+        append_images=frames,
         duration=round(1000.0 / rate),
         loop=0,
         optimize=True,
