@@ -22,11 +22,8 @@ from khr_bringup.bout.bout import Bout, load_bout
 from khr_bringup.bout.offline import run_bout
 from khr_common.maths.seeding import generator
 from khr_studies.measuring.condition import INITIAL_TILT_DEG
+from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure, newcombe
-from khr_studies.measuring.study_version import version_of_study
-from khr_sweeps.pool import local_pool
-from khr_sweeps.progress import ProgressBar
-from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.trial import Row
 
 QUICK, CHECK = 'mujoco', 'bullet'
@@ -140,11 +137,7 @@ def study(bouts: int = 50, workers: int | None = None, quiet: bool = False) -> p
         workers: processes; one for each core by default.
         quiet: whether to show no progress.
     """
-    with (
-        local_pool(workers, '--workers') as pool,
-        ProgressBar('fights', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, ROOT, version_of_study(__name__), bar, {}) as kept,
-    ):
+    with kept_pool(__name__, 'fights', workers, ROOT, quiet) as kept:
         return measure(
             kept,
             fight_once,

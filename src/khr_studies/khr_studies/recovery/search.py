@@ -20,14 +20,12 @@ from khr_bringup.scenario.scenario import ANYWHERE
 from khr_common.checks import integer, one_of
 from khr_common.files import write_text
 from khr_models.standing.push import DIRECTIONS, Direction
+from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import measure
-from khr_studies.measuring.study_version import version_of_study
 from khr_studies.push.study import START, PushCondition
 from khr_studies.recovery.pushes import CASES, WATCH, limit_of_ankles, push_once
-from khr_sweeps.pool import Pool, local_pool
-from khr_sweeps.progress import ProgressBar
-from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
 ROOT = Path('runs/recovery_search')
@@ -152,11 +150,8 @@ def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool 
     cases = sum(case.direction == asked.direction for case in CASES)
     pushes_each = sum(map(len, PLAN.values()))
     runs = cases * (LIMIT * len(SUBJECTS) + (1 + generations * POPULATION) * pushes_each)
-    with (
-        local_pool(workers, '--workers') as pool,
-        ProgressBar(title, runs, lines=True, quiet=quiet, final=True) as bar,
-        KeptJobs(pool, folder, version_of_study(__name__), bar, {limit_of_ankles: LIMIT}) as kept,
-    ):
+    longer = {limit_of_ankles: LIMIT}
+    with kept_pool(__name__, title, workers, folder, quiet, runs, longer) as kept:
         pushes = asked.pushes(kept)
         before = best = (*_costs(kept, asked, pushes, [default])[0], default)
         optimiser = evolution(start, SPREAD, 1 + asked.seed, POPULATION)

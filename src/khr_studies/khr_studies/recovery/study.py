@@ -20,8 +20,8 @@ from khr_models.standing.capture_point import (
     largest_force,
     step_margin,
 )
+from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure
-from khr_studies.measuring.study_version import version_of_study
 from khr_studies.push.study import stance
 from khr_studies.recovery.false_steps import quiet_run, quiet_scenarios, quiet_walks
 from khr_studies.recovery.pushes import (
@@ -33,9 +33,6 @@ from khr_studies.recovery.pushes import (
     push_once,
 )
 from khr_studies.recovery.walks import pushed_walks
-from khr_sweeps.pool import local_pool
-from khr_sweeps.progress import ProgressBar
-from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.trial import Row
 
 TIMES = tuple(round(0.5 + 0.1 * n, 1) for n in range(14))  # times the limit of the ankles
@@ -62,11 +59,7 @@ def study(
     """
     keys = [(case, engine, 0) for case in CASES for engine in ENGINES]
     keys += [(case, ENGINES[-1], robot) for case in CASES[:2] for robot in robots]
-    with (
-        local_pool(workers, '--workers') as pool,
-        ProgressBar('recovery', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, ROOT, version_of_study(__name__), bar, {}) as kept,
-    ):
+    with kept_pool(__name__, 'recovery', workers, ROOT, quiet) as kept:
         limits = measure(
             kept,
             limit_of_ankles,

@@ -26,11 +26,8 @@ from khr_common.maths.limit import bracket_limit
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.measuring.bench import lift
 from khr_studies.measuring.condition import Changes, Condition
+from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure, read_table
-from khr_studies.measuring.study_version import version_of_study
-from khr_sweeps.pool import local_pool
-from khr_sweeps.progress import ProgressBar
-from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.trial import Row
 
 Array = NDArray[np.float64]
@@ -239,11 +236,7 @@ def measure_plane(
     settings = [Setting(0.0, times[0], 0.0), *points]
     for setting in settings:
         setting.condition(engine).scenario(0.0)  # reports a mistake before anything starts
-    with (
-        local_pool(jobs, '--workers') as pool,
-        ProgressBar('stage 3', 0, lines=True, quiet=quiet) as bar,
-        KeptJobs(pool, folder, version_of_study(__name__), bar, {}) as kept,
-    ):
+    with kept_pool(__name__, 'stage 3', jobs, folder, quiet) as kept:
 
         def climbs(some: Sequence[Setting], name: str) -> pd.DataFrame:
             return measure(

@@ -25,13 +25,11 @@ from khr_common.checks import integer
 from khr_common.errors import KhrError
 from khr_studies.measuring.condition import with_seed
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
+from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import measure
-from khr_studies.measuring.study_version import version_of_study
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, Changes, GainAxis, parameter_changes
-from khr_sweeps.pool import Pool, check_workers, local_pool
-from khr_sweeps.progress import ProgressBar
-from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.pool import Pool, check_workers
 from khr_sweeps.trial import Row
 
 SLIP_STEP = 0.001  # m, slips that differ by less count as equal for the choice
@@ -268,11 +266,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)
     question.scenarios(first)  # reports a mistake before anything starts
     seeds = range(question.seeds)
-    with (
-        local_pool(jobs, '--workers') as pool,
-        ProgressBar('tune', question.runs, lines=True, quiet=quiet, final=True) as bar,
-        KeptJobs(pool, folder, version_of_study(__name__), bar, {}) as kept,
-    ):
+    with kept_pool(__name__, 'tune', jobs, folder, quiet, question.runs) as kept:
         tried = question.measure(kept, [first], seeds)
         for order in ORDERS:
             for optimiser, shares in _generations(question, first, order):

@@ -53,7 +53,7 @@ class Pushed:
 @pytest.fixture
 def pushed(monkeypatch):
     pool = Pushed()
-    monkeypatch.setattr(searching, 'local_pool', lambda *_: pool)
+    monkeypatch.setattr('khr_studies.measuring.kept_pool.local_pool', lambda *_: pool)
     return pool
 
 

@@ -57,7 +57,9 @@ def invented(monkeypatch):
             'vibration_rad_s': vibration,
         }
 
-    monkeypatch.setattr(study, 'local_pool', lambda *_: nullcontext(HerePool()))
+    monkeypatch.setattr(
+        'khr_studies.measuring.kept_pool.local_pool', lambda *_: nullcontext(HerePool())
+    )
     monkeypatch.setattr(study, 'attempt', attempt)
     return runs
 
