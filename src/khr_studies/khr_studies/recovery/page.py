@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -83,26 +84,10 @@ def pushes_held(runs: pd.DataFrame) -> list[Row]:
     ankles = runs[runs['part'] == 'ankle'].set_index(['case', 'engine', 'robot'])['held']
     steps = runs[runs['part'] == 'step']
     found = []
-    for (case, engine, robot), each in steps.groupby(['case', 'engine', 'robot']):
-        ankle = float(ankles[case, engine, robot])
-        times, holes = held(each, 'times')
-        own = CASES[int(case)]
-        slips = each[(each['times'] <= times) & ~each['fell'].astype(bool)]['largest_slip_m']
-        found.append(
-            {
-                **_names(own),
-                'case': int(case),
-                'engine': engine,
-                'robot': int(robot),
-                'ankle': ankle,
-                'held': ankle * times,
-                'times': times,
-                'goal': own.goal,
-                'holes': [ankle * hole for hole in holes],
-                'slip': float(slips.max()),
-                'met': times >= own.goal and not holes,
-            }
-        )
+    for key, each in steps.groupby(['case', 'engine', 'robot']):
+        row = _held_row(key, float(ankles[key]), each, CASES[int(key[0])].goal)
+        stood = each[(each['times'] <= row['times']) & ~each['fell'].astype(bool)]
+        found.append(row | {'slip': float(stood['largest_slip_m'].max())})
     return found
 
 
@@ -112,25 +97,28 @@ def walks_held(runs: pd.DataFrame) -> list[Row]:
     steps = dict(iter(runs[runs['part'] == 'walk_step'].groupby(['case', 'engine', 'robot'])))
     found = []
     for key, each in limits:
-        case, engine, robot = key
         weakest = each.loc[each['held'].idxmin()]
-        times, holes = held(steps[key], 'times')
-        limit = float(weakest['held'])
-        found.append(
-            {
-                **_names(CASES[int(case)]),
-                'engine': engine,
-                'robot': int(robot),
-                'phase': float(weakest['phase']),
-                'ankle': limit,
-                'held': limit * times,
-                'times': times,
-                'goal': WALK_GOAL,
-                'holes': [limit * hole for hole in holes],
-                'met': times >= WALK_GOAL and not holes,
-            }
-        )
+        row = _held_row(key, float(weakest['held']), steps[key], WALK_GOAL)
+        found.append(row | {'phase': float(weakest['phase'])})
     return found
+
+
+def _held_row(key: tuple[Any, ...], limit: float, steps: pd.DataFrame, goal: float) -> Row:
+    """Return how far the step raises a limit of the ankles, N s, by case, engine and robot."""
+    case, engine, robot = key
+    times, holes = held(steps, 'times')
+    return {
+        **_names(CASES[int(case)]),
+        'case': int(case),
+        'engine': engine,
+        'robot': int(robot),
+        'ankle': limit,
+        'held': limit * times,
+        'times': times,
+        'goal': goal,
+        'holes': [limit * hole for hole in holes],
+        'met': times >= goal and not holes,
+    }
 
 
 def _alarms(runs: pd.DataFrame) -> Row:
