@@ -90,8 +90,8 @@ def test_a_launched_round_has_the_same_hash_and_leaves_the_same_result(
         for key, value in (entry.environment() | {'KHR_RUN': ''}).items():
             monkeypatch.setenv(key, value)
         graph = python('khr_common.nodes.run', *entries, '--ros-args', *ros)
-        assert launch.verdict[0] == 'bout_verdict'
-        verdict = python('khr_bringup.bout.verdict', *launch.verdict[1:], stdout=subprocess.PIPE)
+        assert launch.verdict[0] == 'verdict'
+        verdict = python('khr_bringup.verdict', *launch.verdict[1:], stdout=subprocess.PIPE)
         try:
             out, _ = verdict.communicate(timeout=90)
         finally:

@@ -42,7 +42,7 @@ class Robot:
             self.others.append(subprocess.Popen(driver, env={**os.environ, 'PATH': path}))
             driven = ['--driver', scenario.driver.label]
         self.verdict = python(
-            *('khr_bringup.graph.verdict', file, '--out', folder, *driven, *self.ros),
+            *('khr_bringup.verdict', file, '--out', folder, *driven, *self.ros),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )

@@ -51,7 +51,7 @@ def prepare_bout(given: Mapping[str, str], joints: bool = True) -> Launch:
     )
     parameters = own / robots.file, wiring.write(own)
     write_text(parameters[0], robots.text)
-    verdict = ('bout_verdict', str(folder), '--name', bout.name)
+    verdict = ('verdict', str(folder / SCENARIO), '--name', bout.name)
     return Launch(
         bout.name, robots, wiring, folder, parameters, nodes_of(robots, record), rviz, verdict
     )

@@ -1,7 +1,7 @@
 """What a launched round says at its end."""
 
 from khr_analysis.referee import Decision
-from khr_bringup.bout.verdict import text_of
+from khr_bringup.verdict import text_of
 
 
 def test_a_draw_is_not_won():
