@@ -138,25 +138,36 @@ def _renamed(bag: Path) -> None:
 
 
 def _doubled(bag: Path) -> None:
+    other = bag / 'bag_1.mcap'
     for file in list(bag.glob('*.mcap')):
-        shutil.copyfile(file, file.with_name('bag_1.mcap'))
+        if file.is_file() and not other.exists():  # another harm may have come before
+            shutil.copyfile(file, other)
 
 
 def _swapped(bag: Path) -> None:
     for file in list(bag.glob('*')):
-        file.unlink()
+        _remove(file)
         file.mkdir()
 
 
 def _circle(bag: Path) -> None:
     for file in list(bag.glob('*')):
-        file.unlink()
+        _remove(file)
         file.symlink_to(file)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder that another harm put in its place."""
+    if path.is_dir():
+        path.rmdir()
+    else:
+        path.unlink()
 
 
 def _nothing(bag: Path) -> None:
     shutil.rmtree(bag, ignore_errors=True)
-    bag.mkdir(exist_ok=True)
+    bag.unlink(missing_ok=True)
+    bag.mkdir()
 
 
 def _file(bag: Path) -> None:
