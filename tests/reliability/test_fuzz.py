@@ -37,7 +37,9 @@ def test_five_thousand_mutants_are_refused_in_one_line():
     fuzz(5000)
 
 
-@pytest.mark.parametrize(('first', 'second'), product(LAYOUTS, LAYOUTS), ids=lambda each: each[0])
+@pytest.mark.parametrize(
+    ('first', 'second'), [*product(LAYOUTS, LAYOUTS)], ids=lambda each: each[0]
+)
 def test_one_harm_to_a_folder_can_follow_another(tmp_path, first, second):
     bag = tmp_path / 'bag'
     bag.mkdir()
