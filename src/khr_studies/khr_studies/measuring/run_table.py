@@ -9,6 +9,7 @@ conditions, a query of this table and a page.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -47,10 +48,20 @@ def run_table(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     A missing value is NA in a column of integers, booleans or texts, and NaN in one of floats.
     """
     table = pd.DataFrame([*rows])
-    if table.empty:
-        table = pd.DataFrame(columns=[*SCHEMA])
-    typed = table.astype({name: kind for name, kind in SCHEMA.items() if name in table})
-    return typed.copy()  # astype leaves each column in a block of its own
+    return _empty_table().copy() if table.empty else _typed(table)
+
+
+@cache
+def _empty_table() -> pd.DataFrame:
+    return _typed(pd.DataFrame(columns=[*SCHEMA]))
+
+
+def _typed(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with the types of the schema; columns that have them stay as they are."""
+    wanted = {
+        name: SCHEMA[name] for name, kind in table.dtypes.items() if kind != SCHEMA.get(name, kind)
+    }
+    return table.astype(wanted).copy()  # astype leaves each column in a block of its own
 
 
 def measure(
