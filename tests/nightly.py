@@ -98,6 +98,7 @@ BY_NIGHT = {
     'tests/reliability/test_workers_elsewhere.py::': 'workers of a scheduler on this machine',
     'tests/unit/benchmarks/test_benchmarks.py::test_every_part': 'the page, from what was measured',
     'tests/unit/benchmarks/test_benchmarks.py::test_the_plain_loop': 'the page, from what was measured; golden hashes of the twin',
+    'tests/unit/khr/test_api.py::test_a_recorded_run_is_read_back': 'the example of khr.load; signals of a bag in reports',
     'tests/unit/khr/test_environment.py::test_memory_stays_flat_over_many_resets[bullet': 'the same on the other engine',
     'tests/unit/khr/test_environment.py::test_several_at_once_are_independent[khr/Balance-v0-stand_0deg-sync': 'the other mode, and the other environment in this one',
     'tests/unit/khr/test_environment.py::test_several_at_once_are_independent[khr/Walk-v0-walk_7.68deg_ka12-async': 'the other mode, and the other environment in this one',
