@@ -33,7 +33,7 @@ PANELS: dict[str, dict[str, str]] = {
     'Studies': {
         'critical': 'studies:critical',
         'tune': 'studies:tune',
-        'push': 'studies:push',
+        'push': 'pushes:push',
         'fights': 'studies:fights',
         'lines': 'thesis:lines',
         'sweep': 'studies:start_sweep',
