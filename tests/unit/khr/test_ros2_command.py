@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from khr.cli.ros2_command import ros2_command
+from khr.cli.ros2_command import ros2_command, settings_text
 from khr.cli.verbs.bouts import start_bout
 from khr.cli.verbs.runs import start_run
 from khr_bringup.graph.launching import split_changes
@@ -16,9 +16,7 @@ from khr_common.errors import KhrError
 def test_changes_are_one_argument_and_empty_ones_are_left_out():
     line = ros2_command(
         'walk_3deg',
-        {},
-        ['ankle_controller.gain=12'],
-        {('simulator', 'sync'): 'realtime'},
+        ['ankle_controller.gain=12', *settings_text({('simulator', 'sync'): 'realtime'})],
         {'driver': '', 'out': 'a folder'},
     )
     assert shlex.split(line) == [

@@ -9,24 +9,15 @@ from typing import Any
 LAUNCH = ('ros2', 'launch', 'khr_bringup', 'balance.launch.py')
 
 
-def ros2_command(
-    scenario: str,
-    constants: Mapping[tuple[str, str], Any],
-    given: Iterable[str],
-    changes: Mapping[tuple[str, str], Any],
-    arguments: Mapping[str, str],
-) -> str:
+def ros2_command(scenario: str, settings: Iterable[str], arguments: Mapping[str, str]) -> str:
     """Return the command line, quoted for a shell.
 
     Args:
         scenario: its name or file.
-        constants: of the robot, by node and parameter.
-        given: changes of parameters, as ``node.parameter=value``.
-        changes: further ones, by node and parameter.
+        settings: changes of parameters, as ``node.parameter=value``; the last of each counts.
         arguments: of the launch file, by name; empty ones are left out.
     """
-    every = [*_texts(constants), *given, *_texts(changes)]
-    stated = {'set': ','.join(every), **arguments}
+    stated = {'set': ','.join(settings), **arguments}
     words = [
         f'scenario:={scenario}',
         *(f'{name}:={value}' for name, value in stated.items() if value),
@@ -34,5 +25,6 @@ def ros2_command(
     return join((*LAUNCH, *words))
 
 
-def _texts(changes: Mapping[tuple[str, str], Any]) -> list[str]:
+def settings_text(changes: Mapping[tuple[str, str], Any]) -> list[str]:
+    """Return changes by node and parameter as ``node.parameter=value``."""
     return [f'{node}.{key}={value}' for (node, key), value in changes.items()]

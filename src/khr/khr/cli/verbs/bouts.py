@@ -59,7 +59,7 @@ def start_bout(
     if print_ros2:
         refuse_with_ros2(offline, one_process, domain, network, view)
         arguments = {'record': '' if record else 'false', 'out': str(out or '')}
-        print(ros2_command(bout, {}, settings, {}, arguments))
+        print(ros2_command(bout, settings, arguments))
         return
     way = RunOptions(offline, one_process is not False, record, domain, network)
     run_bout(chosen, way, out, Viewing() if view else None)

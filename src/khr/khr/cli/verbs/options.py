@@ -233,5 +233,5 @@ def refuse_with_ros2(
     ):
         if given:
             raise KhrError(
-                f'{option}: not with --print-ros2, whose command {reason}; accepted: one of them'
+                f'{option}: not with --print-ros2: its command {reason}; accepted: one of them'
             )

@@ -113,7 +113,7 @@ def start_run(
     chosen = _with(loaded, robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     if print_ros2:
-        from khr.cli.ros2_command import ros2_command
+        from khr.cli.ros2_command import ros2_command, settings_text
 
         refuse_with_ros2(offline, one_process, domain, network, view)
         constants = missing_constants(loaded, robot) if robot else {}
@@ -125,7 +125,8 @@ def start_run(
             'record': '' if record else 'false',
             'out': str(out or ''),
         }
-        print(ros2_command(scenario, constants, settings, changes, arguments))
+        every = [*settings_text(constants), *settings, *settings_text(changes)]
+        print(ros2_command(scenario, every, arguments))
         return
     way = RunOptions(
         offline,
