@@ -10,6 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -33,6 +34,15 @@ STILL = [0.0, 0.0]  # the action of no correction
 LARGEST_SEED = 2**31  # of an episode
 
 Observation = NDArray[np.float32]
+
+
+def controllers_of(scenario: Scenario) -> list[str]:
+    """Return the controllers of a scenario that an agent takes the place of."""
+    return [
+        node
+        for node in controllers()
+        if node in scenario.nodes and 'enabled' in scenario.whole(node)
+    ]
 
 
 def observation_space() -> spaces.Box:

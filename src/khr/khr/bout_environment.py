@@ -13,7 +13,15 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from khr.agent import LARGEST_SEED, OBSERVED, Agent, Observation, action_space, observation_space
+from khr.agent import (
+    LARGEST_SEED,
+    OBSERVED,
+    Agent,
+    Observation,
+    action_space,
+    controllers_of,
+    observation_space,
+)
 from khr.arguments import checked
 from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS, Referee
 from khr_bringup.bout.bout import Bout, load_bout
@@ -28,7 +36,6 @@ try:
 except ImportError as error:
     raise KhrError('bout_env: needs pettingzoo; accepted: after pip install pettingzoo') from error
 
-CONTROLLERS = ('ankle_controller', 'hip_controller', 'recovery')
 STARTS = tuple(f'{robot}_start' for robot in ROBOTS)  # options of a reset
 SEEDS = LARGEST_SEED // len(ROBOTS)  # each robot has a seed of its own
 
@@ -73,7 +80,10 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
     names = tuple(OBSERVED)
 
     def __init__(self, bout: Bout) -> None:
-        off = [f'{node}.enabled=false' for node in CONTROLLERS]
+        nodes = dict.fromkeys(
+            node for each in bout.robots.values() for node in controllers_of(each)
+        )
+        off = [f'{node}.enabled=false' for node in nodes]
         self._base = bout.set_to([*off, 'referee.rounds=1'])
         self.render_mode = None
         self.possible_agents = list(ROBOTS)

@@ -16,10 +16,17 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from khr.agent import LARGEST_SEED, OBSERVED, Agent, Observation, action_space, observation_space
+from khr.agent import (
+    LARGEST_SEED,
+    OBSERVED,
+    Agent,
+    Observation,
+    action_space,
+    controllers_of,
+    observation_space,
+)
 from khr.arguments import ScenarioLike, checked
 from khr.runs import changes_of, prepared
-from khr_bringup.node_registry import controllers
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -109,7 +116,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         self.weights = {**WEIGHTS, **(weights or {})}
         self._base = scenario.changed(
             {('simulator', 'duration'): duration(scenario)}
-            | {(node, 'enabled'): False for node in _controllers(scenario)}
+            | {(node, 'enabled'): False for node in controllers_of(scenario)}
             | ({('simulator', 'gui'): True} if render_mode == 'human' else {})
         )
         self.scenario = self._base
@@ -283,12 +290,3 @@ def env(
 
 for _id, _scenario in ENVIRONMENTS.items():
     gymnasium.register(_id, entry_point='khr.environment:env', kwargs={'scenario': _scenario})
-
-
-def _controllers(scenario: Scenario) -> list[str]:
-    """Return the nodes of a scenario that correct joints and can be turned off."""
-    return [
-        node
-        for node in controllers()
-        if node in scenario.nodes and 'enabled' in scenario.whole(node)
-    ]

@@ -11,6 +11,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 import khr
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.bout.offline import run_bout
+from khr_bringup.node_registry import controllers
 from tests import ROOT
 
 SHORT = {'referee.time_limit': 0.3}
@@ -98,6 +99,12 @@ def test_the_robots_act_for_themselves():
     assert (red['correction_ankle'], red['correction_hip']) == pytest.approx((0.5, -1.0))
     assert (blue['correction_ankle'], blue['correction_hip']) == (0.0, 0.0)
     assert red['angle_l_ankle_pitch'] > blue['angle_l_ankle_pitch'] + 0.02
+
+
+def test_every_controller_of_both_robots_is_off():
+    environment = khr.bout_env('shove', set={'blue.roll_controller.enabled': True})
+    for scenario in environment._base.robots.values():
+        assert not [node for node in controllers() if scenario.whole(node)['enabled']]
 
 
 def test_parameters_and_starts_may_be_numbers_and_arrays_of_numpy():
