@@ -6,7 +6,7 @@ Values of the simulation are measured by the command; values of the thesis come 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -163,12 +163,17 @@ def _explanations(bench: Bench, limits: Limits, rows: Sequence[Row]) -> list[Row
         the change that comes closest to the thesis (None if no change comes closer).
     """
     missed = [
-        limit for limit, row in zip(thesis.LIMITS, rows, strict=True) if row['verdict'] == 'missed'
+        (limit, _alterations(bench, limit.condition))
+        for limit, row in zip(thesis.LIMITS, rows, strict=True)
+        if row['verdict'] == 'missed'
     ]
-    for limit in missed:
-        for changes in _alterations(bench, limit.condition).values():
+    for limit, alterations in missed:
+        for changes in alterations.values():
             bench.start_limit(_changed(limit, changes), 1)
-    return [_explanation(bench, limits[limit.condition].of_seeds[0], limit) for limit in missed]
+    return [
+        _explanation(bench, limits[limit.condition].of_seeds[0], limit, alterations)
+        for limit, alterations in missed
+    ]
 
 
 def _alterations(bench: Bench, condition: Condition) -> dict[str, Changes]:
@@ -181,10 +186,12 @@ def _alterations(bench: Bench, condition: Condition) -> dict[str, Changes]:
     }
 
 
-def _explanation(bench: Bench, base: float, row: thesis.ThesisLimit) -> Row:
+def _explanation(
+    bench: Bench, base: float, row: thesis.ThesisLimit, alterations: Mapping[str, Changes]
+) -> Row:
     shifts = {
         name: bench.limit(_changed(row, changes), 1).mean - base
-        for name, changes in _alterations(bench, row.condition).items()
+        for name, changes in alterations.items()
     }
     misses = {name: abs(base + shift - row.thesis_deg) for name, shift in shifts.items()}
     closest = min(misses, key=lambda name: misses[name])
