@@ -1,4 +1,4 @@
-"""A pool of processes whose finished jobs are kept, so that an interrupted study resumes."""
+"""A pool of processes that keeps the results of finished jobs: an interrupted study resumes."""
 
 from __future__ import annotations
 
