@@ -50,7 +50,7 @@ KINDS = {
     'predicted': 'predictions',
     'fitted': 'fitted rows',
     'statics': 'rows of statics',
-    'formula': 'formulas',
+    'formula': 'rows of formulas',
 }
 HEAD = """# Scoreboard{robot}
 
@@ -221,8 +221,8 @@ def totals(rows: Iterable[Row]) -> str:
     """Return in words how many rows of each kind pass."""
     kinds = group_by(rows, itemgetter('kind'))
     counted = {kind: count(kinds.get(kind, ())) for kind in KINDS}
-    return 'Of ' + '; of '.join(
-        f'{of["judged"]} {words} {of["passed"]} pass'
+    return '; '.join(
+        f'{of["passed"]} of {of["judged"]} {words} pass'
         for (kind, words) in KINDS.items()
         for of in [counted[kind]]
     )
