@@ -14,6 +14,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.optimize import isotonic_regression
 
 from khr_common.errors import KhrError
 from khr_common.maths.gaps import GAP
@@ -28,6 +29,11 @@ YEAR = 3.15e16  # ns: a longer step is a change of the clock
 EVEN = 0.05  # of a period, standard deviation of timestamps that count as even
 LOST = 0.2  # share of missing samples above which intervals do not count as losses
 CROWDED, BATCHED = 0.25, 0.3  # of the mean interval, and share of intervals below, of batches
+# of the mean interval, and of their mean, above and within which short intervals are those of a
+# sensor that measures in bursts: messages that waited for one another come faster or unevenly
+BURST, ALIKE = 0.02, 0.1
+NEAR = 0.25  # of a period, within which every interval may be off whole ones without a look at others
+FOLLOWED = 0.1  # of the delay of a timestamp, by which the grid that places are read on shifts
 ROUNDING = 0.01  # of a period, by which a time on the grid may be off
 MOST = 20_000_000  # samples of a grid
 
@@ -161,8 +167,21 @@ def _usual(forward: Array) -> float:
     """Return the interval between two samples, or between two batches of samples, ns."""
     median = float(np.median(forward))
     mean = float(np.mean(forward[forward <= np.percentile(forward, 99)]))
-    crowded = float(np.mean(forward < CROWDED * mean))
+    crowded = _share_in_batches(forward, mean)
     return float(np.percentile(forward, 95)) if crowded > BATCHED else max(median, 1.0)
+
+
+def _share_in_batches(steps: Array, mean: float) -> float:
+    """Return the share of steps within batches: of messages that waited for one another.
+
+    It is 0 for bursts, whose samples were measured evenly, with pauses between them.
+    """
+    short = steps[steps < CROWDED * mean]
+    within = short[short > 0.0]
+    usual = float(np.median(within)) if len(within) == len(short) > 0 else 0.0
+    if usual > BURST * mean and np.mean(np.abs(within / usual - 1.0) > ALIKE) < ALIKE:
+        return 0.0
+    return len(short) / len(steps)
 
 
 def _count(chosen: NDArray[np.bool_]) -> str:
@@ -186,53 +205,112 @@ def _on_grid(times: Array, values: Array) -> Samples:
     mean = float(times[-1]) / len(steps)
     if not mean > 0.0:
         raise KhrError('timestamps that do not increase are not enough; accepted: increasing ones')
-    crowded = float(np.mean(steps < CROWDED * mean))
+    crowded = _share_in_batches(steps, mean)
     places = np.arange(len(times))
+    period, start, off = _fit(places, times)
     if crowded <= BATCHED:
-        whole = np.maximum(1, np.rint(steps / np.median(steps[steps > 0.0]))).astype(np.int64)
-        if whole.sum() - len(steps) <= LOST * len(steps):
-            places = np.concatenate([[0], np.cumsum(whole)])
-    fitted, start = np.polyfit(places, times, 1)
-    period = round(fitted, 9) if abs(fitted - round(fitted, 9)) < 1e-13 else float(fitted)
-    off = times - (start + period * places)
-    spread, worst = float(np.std(off)) / period, float(np.max(np.abs(off))) / period
+        found = _places(times)
+        fit = _fit(found, times)
+        if found[-1] + 1 - len(found) <= LOST * len(steps) and np.std(fit[2]) < np.std(off):
+            places, (period, start, off) = found, fit
+    spread, worst = float(np.std(off)), float(np.max(np.abs(off)))
     missing = int(places[-1]) + 1 - len(places)
     rate = f'{len(values)} samples, {1.0 / period:.5g} Hz by the timestamps'
     if crowded > BATCHED:
         notes = [
             f'{rate}; they come in batches of about {1.0 / (1.0 - crowded):.0f} and are spread '
-            'evenly.'
+            'evenly: if they were measured when they are stamped, all frequencies are wrong.'
         ]
     elif spread <= EVEN or period * worst < 2e-9:
         notes = [f'{rate}, which are even within {max(100.0 * worst, 0.1):.2g} % of a period.']
     else:
-        jitter = f'which jitter by {100.0 * spread:.0f} % of a period'
-        return _resampled(times, values, f'{rate}, {jitter}')
+        return _resampled(times, values, spread)
     if missing:
         notes.append(f'{missing} missing sample{"s" * (missing > 1)} interpolated.')
         grid = np.arange(places[-1] + 1)
         values = np.asarray(CubicSpline(places, values)(grid))
-    return Samples(float(start), period, values, 0.5 / period, tuple(notes))
+    return Samples(start, period, values, 0.5 / period, tuple(notes))
 
 
-def _resampled(times: Array, values: Array, rate: str) -> Samples:
-    """Interpolate samples at uneven times, finely enough to avoid aliasing."""
-    times, index = np.unique(times, return_index=True)
-    values = values[index]
+def _fit(places: NDArray[np.int64], times: Array) -> tuple[float, float, Array]:
+    """Return period and start of the even grid of samples at these places, s.
+
+    The third value is how far each is off the grid, in periods.
+    """
+    fitted, start = np.polyfit(places, times, 1)
+    period = round(fitted, 9) if abs(fitted - round(fitted, 9)) < 1e-13 else float(fitted)
+    return period, float(start), (times - start) / period - places
+
+
+def _places(times: Array) -> NDArray[np.int64]:
+    """Return the number of each sample, counted from the first, with those that are missing.
+
+    A late timestamp is no missing sample: each is placed on a grid that follows all of them, and
+    not by its distance from the one before.
+    """
     steps = np.diff(times)
-    mean = float(times[-1]) / len(steps)
-    period = float(np.clip(np.percentile(steps, 5), mean / 10.0, mean))
-    size = int(times[-1] / period + 1e-9) + 1
+    usual = float(np.median(steps[steps > 0.0]))
+    whole = np.maximum(1, np.rint(steps / usual))
+    if np.max(np.abs(steps / usual - whole)) > NEAR:
+        single = steps[(steps > 0.5 * usual) & (steps < 1.5 * usual)]
+        period = float(np.mean(single)) if len(single) else usual
+        due, place, found = 0.0, 0, []
+        for time in times.tolist():
+            number = round((time - due) / period)
+            place += number
+            due += number * period
+            late = time - due
+            found.append(place + late / period)
+            due += FOLLOWED * late
+            period += FOLLOWED**2 / 4.0 * late
+        index = np.arange(len(found))
+        missing = np.rint(isotonic_regression(np.array(found) - index).x)  # never fewer again
+        whole = np.diff(missing + index)
+    return np.concatenate([[0], np.cumsum(whole)]).astype(np.int64)
+
+
+def _resampled(times: Array, values: Array, spread: float) -> Samples:
+    """Interpolate samples at uneven times, finely enough to avoid aliasing.
+
+    Args:
+        times: from 0 on, s, (N,).
+        values: (N,).
+        spread: standard deviation of the times from an even grid, in periods of it.
+    """
+    count = len(values)
+    mean = float(times[-1]) / (count - 1)
+    times, values = _apart(times, values, CROWDED * mean)
+    steps = np.diff(times)
+    short, long = (float(each) for each in np.percentile(steps, (5, 95)))
+    period = float(np.clip(short, mean / 10.0, mean))
+    size = int((times[-1] - times[0]) / period + 1e-9) + 1
     if size > MOST:
         raise KhrError(f'{size} samples are too many; accepted: at most {MOST}')
-    highest = 0.5 / float(np.percentile(steps, 95))
+    highest = 0.5 / long
+    uneven = f'jitter by {100.0 * spread:.0f} % of a period'
+    if spread > 1.0:
+        uneven = f'come at intervals of {1e3 * short:.3g} to {1e3 * long:.3g} ms (5 to 95 %)'
+    merged = count - len(values)
+    together = f' {merged} that follow another at once are averaged with it.' if merged else ''
     note = (
-        f'{rate}: resampled evenly at {1.0 / period:.5g} Hz by cubic splines. The spectrum ends at '
-        f'{highest:.4g} Hz, half the rate of the longer intervals (5 % are longer still), below half '
-        f'the mean rate, {0.5 / mean:.4g} Hz.'
+        f'{count} samples, {1.0 / mean:.5g} Hz on average by the timestamps, which {uneven}: '
+        f'resampled evenly at {1.0 / period:.5g} Hz by cubic splines.{together} The spectrum ends '
+        f'at {highest:.4g} Hz, half the rate of the longer intervals (5 % are longer still), below '
+        f'half the mean rate, {0.5 / mean:.4g} Hz.'
     )
-    grid = period * np.arange(size)
-    return Samples(0.0, period, np.asarray(CubicSpline(times, values)(grid)), highest, (note,))
+    grid = times[0] + period * np.arange(size)
+    even = np.asarray(CubicSpline(times, values)(grid))
+    return Samples(float(times[0]), period, even, highest, (note,))
+
+
+def _apart(times: Array, values: Array, least: float) -> tuple[Array, Array]:
+    """Return the means of samples less than ``least`` apart, s: a spline would overshoot there."""
+    first = [0]
+    for index, (before, time) in enumerate(pairwise(times.tolist()), start=1):
+        if time - before >= least or time - times[first[-1]] > 2.0 * least:
+            first.append(index)
+    count = np.diff([*first, len(times)])
+    return np.add.reduceat(times, first) / count, np.add.reduceat(values, first) / count
 
 
 def within(samples: Samples, begin: float = -inf, end: float = inf) -> Samples:

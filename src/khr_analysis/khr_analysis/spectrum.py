@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor, isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 # until then a sample may be off by OFF_AT_FIRST.
 FOLLOWED, SETTLED = 0.05, 20
 WRONG_RATE = 0.01  # deviation of the rate of the samples, from which on it is taken instead
-MOSTLY_BRIDGED = 0.4  # the same, if samples between those that come were invented
 RATE_SAMPLES = 50  # whose intervals show the rate after a reset
 OFF, OFF_AT_FIRST = 0.5, 0.75  # of a period
 
@@ -179,6 +179,12 @@ def spectrum(
     )
 
 
+class _Sample(NamedTuple):
+    time: float  # s
+    value: float
+    bridged: bool  # whether it was missing and is the mean of its neighbours
+
+
 class SpectrumAnalyser:
     """Give the spectrum of the last window, several times a second.
 
@@ -188,8 +194,7 @@ class SpectrumAnalyser:
 
     def __init__(self, parameters: FftAnalyserParameters) -> None:
         self.parameters = self._own = parameters
-        self._samples: deque[float] = deque(maxlen=parameters.size)
-        self._times: deque[float] = deque(maxlen=parameters.size)  # of the samples, s
+        self._samples: deque[_Sample] = deque(maxlen=parameters.size)
         self._steps: deque[float] = deque(maxlen=RATE_SAMPLES)
         self._last: float | None = None
         self._due = 0.0  # when the next sample is due, s
@@ -222,20 +227,20 @@ class SpectrumAnalyser:
         if self._last is not None:
             self._steps.append(time - self._last)
         if self._place(time) == 1:
-            self._samples.append((self._samples[-1] + float(value)) / 2.0)
-            self._times.append((self._times[-1] + time) / 2.0)
+            last = self._samples[-1]
+            middle = (last.time + time) / 2.0, (last.value + float(value)) / 2.0
+            self._samples.append(_Sample(*middle, bridged=True))
             self._wait -= 1
         self._last = time
-        self._samples.append(float(value))
-        self._times.append(time)
+        self._samples.append(_Sample(time, float(value), bridged=False))
         self._wait -= 1
         if len(self._samples) < self.parameters.size or self._wait > 0:
             return None
-        if self._correct(self._rate_of_window(time)):
+        if self._correct(self._rate_of_window()):
             return None
         self._wait = max(1, round(1.0 / (self.parameters.rate * self.parameters.control_period)))
         start = time - (len(self._samples) - 1) * self.parameters.control_period
-        return spectrum(self._samples, self.parameters, start)
+        return spectrum([each.value for each in self._samples], self.parameters, start)
 
     def _rate_of_steps(self) -> float:
         """Return the interval between the last samples, s, without gaps; 0 if it is not known."""
@@ -245,12 +250,19 @@ class SpectrumAnalyser:
         whole = [step for step in self._steps if 0.0 < step < 1.6 * usual]
         return sum(whole) / max(1, len(whole))
 
-    def _rate_of_window(self, time: float) -> float:
-        """Return the interval between the samples of a full window that ends at ``time``, s."""
-        steps = self._rate_of_steps()
-        if abs(steps / self.parameters.control_period - 1.0) > MOSTLY_BRIDGED:
-            return steps
-        return (time - self._times[0]) / (len(self._times) - 1)
+    def _rate_of_window(self) -> float:
+        """Return the interval between the samples of a full window, s.
+
+        Samples that are lost leave intervals of two periods. Where some were bridged and hardly an
+        interval is that long, none was lost: the samples come at a lower rate.
+        """
+        came = np.array([each.time for each in self._samples if not each.bridged])
+        steps = np.diff(came)
+        single = steps[steps < 1.5 * np.median(steps)]
+        lost = len(steps) - len(single)
+        if len(self._samples) - len(came) > 1 + 2 * lost:
+            return float(np.mean(single))
+        return (self._samples[-1].time - self._samples[0].time) / (len(self._samples) - 1)
 
     def _correct(self, period: float) -> bool:
         """Take the interval of the samples, s, if it is another than the present one."""
@@ -262,7 +274,6 @@ class SpectrumAnalyser:
             'their own rate is taken'
         )
         self._samples.clear()
-        self._times.clear()
         self._take(period)
         return True
 
@@ -274,7 +285,6 @@ class SpectrumAnalyser:
             own = replace(own, control_period=period, window_length=length)
         self.parameters = own
         self._samples = deque(self._samples, maxlen=own.size)
-        self._times = deque(self._times, maxlen=own.size)
 
     def _place(self, time: float) -> int:
         """Return how many samples are missing before this one, of those that can be bridged."""
@@ -292,7 +302,6 @@ class SpectrumAnalyser:
                 )
                 self._samples.clear()
                 missing, late = 0, 0.0
-                self._times.clear()
                 self._correct(self._rate_of_steps())
                 period = self.parameters.control_period
         followed = max(FOLLOWED, 1.0 / (len(self._samples) + 1))

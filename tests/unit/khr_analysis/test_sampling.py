@@ -1,5 +1,6 @@
 """Samples on an even grid: a tone keeps its frequency whatever its timestamps are like."""
 
+import re
 from math import tau
 
 import numpy as np
@@ -51,6 +52,58 @@ def test_jitter_is_resampled_and_said(seed, jitter):
     times = (np.arange(600) + draw.uniform(0.0, jitter, 600)) / 100.0
     notes = check(ns(times), sine(times, 8.0), 8.0)
     assert 'jitter by' in notes and 'resampled evenly' in notes
+    assert rate_in(notes) == pytest.approx(100.0, rel=2e-3)
+
+
+def rate_in(notes):
+    """Return the stated rate, Hz."""
+    return float(re.search(r'samples, ([\d.]+) Hz', notes)[1])
+
+
+@given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0.2, 0.4))
+def test_much_jitter_is_no_missing_sample(seed, spread):
+    """Stamps that are late and early: the rate stays, and the jitter is what it is."""
+    draw = np.random.default_rng(seed)
+    times = np.sort(np.arange(2000) + draw.normal(0.0, spread, 2000)) / 100.0
+    _, notes = peaks_of(ns(times), sine(times, 8.0))
+    assert rate_in(notes) == pytest.approx(100.0, rel=2e-3)
+    stated = float(re.search(r'jitter by (\d+) %', notes)[1])
+    assert stated == pytest.approx(100.0 * spread, rel=0.15)
+
+
+@given(late=st.integers(1, 2998), by=st.floats(0.51, 0.99))
+def test_one_late_message_leaves_the_others_even(late, by):
+    times = np.arange(3000) / 100.0
+    stamps = times.copy()
+    stamps[late] += by / 100.0
+    notes = check(ns(stamps), sine(times, 8.0), 8.0)
+    assert 'which are even within' in notes and rate_in(notes) == pytest.approx(100.0, rel=1e-4)
+
+
+@given(seed=st.integers(0, 2**32 - 1), spacing=st.floats(1e-6, 100e-6), share=st.floats(0.0, 0.1))
+def test_late_messages_that_come_with_the_next_are_no_lines(seed, spacing, share):
+    """Times of recording: a late message comes with the one after it."""
+    times = np.arange(3000) / 100.0
+    late = np.flatnonzero(np.random.default_rng(seed).random(2998) < share)
+    stamps = times.copy()
+    stamps[late] = times[late + 1] - spacing
+    check(ns(np.sort(stamps)), sine(times, 5.3), 5.3, amplitude=0.1)
+
+
+@pytest.mark.parametrize('pause', [0.2, 2.0, 8.0])
+def test_bursts_are_no_batches(pause):
+    """Forty samples at 100 Hz, then none for a while: the timestamps are true."""
+    times = (np.arange(40) / 100.0 + (0.39 + pause) * np.arange(100)[:, None]).ravel()
+    lines, notes = peaks_of(ns(times), sine(times, 12.0))
+    assert '99 gaps' in notes and 'batches' not in notes
+    assert lines[0][0] == pytest.approx(12.0, rel=0.05)
+
+
+def test_a_rate_that_changes_much_is_said_in_intervals():
+    times = np.concatenate([np.arange(1000) / 200.0, 5.0 + np.arange(1000) / 80.0])
+    lines, notes = peaks_of(ns(times), sine(times, 8.0))
+    assert lines[0][0] == pytest.approx(8.0, rel=0.01)
+    assert 'intervals of 5 to 12.5 ms' in notes and rate_in(notes) == pytest.approx(114.3, rel=1e-3)
 
 
 @pytest.mark.parametrize('spacing', [0.0, 20e-6])
@@ -127,10 +180,37 @@ def test_lines_are_ordered_by_amplitude_also_between_bins():
     assert [amplitude for _, amplitude in lines] == pytest.approx([1.0, 0.8], rel=0.02)
 
 
-def test_noise_has_no_lines_and_a_trend_has_none():
+def test_a_trend_has_no_lines():
     times = np.arange(4000) / 100.0
-    assert peaks_of(ns(times), np.random.default_rng(3).normal(size=4000))[0] == []
     assert peaks_of(ns(times), 3.0 * times - 40.0)[0] == []
+
+
+@pytest.mark.parametrize('power', [0.0, 0.5, 1.0], ids=['white', 'pink', 'drift'])
+@pytest.mark.parametrize('size', [400, 4000, 100_000])
+def test_noise_has_hardly_a_line_of_whatever_colour_and_length(size, power):
+    frequency = np.maximum(1.0, np.arange(size // 2 + 1))
+    found = []
+    for seed in range(10):
+        white = np.random.default_rng(seed).normal(size=size)
+        noise = np.fft.irfft(np.fft.rfft(white) / frequency**power, size)
+        found += peaks_of(ns(np.arange(size) / 200.0), noise)[0]
+    assert len(found) <= 3  # 0.5 expected
+
+
+@pytest.mark.parametrize('cycles', [8, 8.4, 20])
+def test_harmonics_are_no_noise(cycles):
+    times = np.arange(round(cycles * 150)) / 65.0
+    signal = sum(sine(times, number * 65.0 / 150.0) / number for number in range(1, 16))
+    signal += np.random.default_rng(0).normal(size=len(times)) / 50.0
+    lines, _ = peaks_of(ns(times), signal)
+    assert [round(frequency * 150.0 / 65.0, 1) for frequency, _ in lines] == [*range(1, 16)]
+
+
+def test_many_lines_are_given_and_the_others_counted():
+    times = np.arange(20_000) / 200.0
+    signal = sum(sine(times, 1.0 + 1.5 * number) for number in range(60))
+    lines, notes = peaks_of(ns(times[:4000]), signal[:4000])
+    assert len(lines) == 50 and 'Only the 50 largest lines are given' in notes
 
 
 @pytest.mark.parametrize('stamps', [[], [5] * 20, range(7)], ids=['none', 'constant', 'seven'])

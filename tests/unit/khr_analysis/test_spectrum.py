@@ -291,9 +291,12 @@ def test_a_sample_that_is_missing_now_and_then_is_bridged(seed):
         assert result.peaks[0].amplitude == pytest.approx(0.4, rel=0.02)
 
 
-@pytest.mark.parametrize('rate', [20.0, 40.0, 72.0, 100.0, 200.0])
+@pytest.mark.parametrize('rate', [20.0, 33.3, 40.0, 48.0, 50.0, 55.0, 60.0, 64.0, 72.0, 100.0, 200.0])
 def test_another_rate_is_found_and_taken(rate):
-    """A rate that is assumed shows a tone at the wrong frequency; 1 % is below a bin."""
+    """A rate that is assumed shows a tone at the wrong frequency; 1 % is below a bin.
+
+    Samples invented between those that come would add a line of their own.
+    """
     analyser, found = SpectrumAnalyser(FftAnalyserParameters(window='hann')), []
     for k in range(int(10.0 * rate)):
         result = analyser.add(k / rate, float(np.sin(tau * 5.0 * k / rate)))
@@ -301,6 +304,21 @@ def test_another_rate_is_found_and_taken(rate):
     assert found and 'their own rate is taken' in analyser.reason
     for result in found:
         assert result.peaks[0].frequency == pytest.approx(5.0, rel=0.01)
+        assert len(result.peaks) == 1
+
+
+@pytest.mark.parametrize('jitter', [0.0, 0.1, 0.3])
+def test_lost_samples_are_no_other_rate(jitter):
+    draw = np.random.default_rng(4)
+    analyser = SpectrumAnalyser(FftAnalyserParameters(window='hann'))
+    before = 0
+    for k in range(1500):
+        lost = draw.random() < 0.1 and k - before == 1
+        if not lost:
+            late = jitter * draw.uniform(-1.0, 1.0)
+            analyser.add((k + late) * PERIOD, float(np.sin(tau * 5.0 * k * PERIOD)))
+            before = k
+    assert 'their own rate' not in analyser.reason
 
 
 def test_a_shorter_window_keeps_the_latest_samples():
