@@ -15,7 +15,7 @@ from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
-from khr_report.film.film import render, render_run
+from khr_report.film.film import render, render_run, save_gif
 from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay
 from khr_report.film.panels import (
     FAINT,
@@ -236,6 +236,19 @@ def test_a_film_holds_few_pictures_in_memory(tmp_path):
     )
     assert len(drawn) == 1 + 99 and most < 6
     assert all(each.stat().st_size for each in files)
+
+
+@pytest.mark.parametrize('rate', [4.0, 24.0, 30.0, 40.0, 60.0])
+def test_a_gif_lasts_as_long_as_its_part(rate, tmp_path):
+    shades = (Image.new('RGB', (64, 64), (each, 255 - each, 0)) for each in range(0, 240, 5))
+    sample = Image.new('RGB', (64, 64), (120, 135, 0))
+    save_gif(tmp_path / 'film.gif', shades, 48, sample, rate)
+    with Image.open(tmp_path / 'film.gif') as gif:
+        lasts = []
+        for number in range(gif.n_frames):
+            gif.seek(number)
+            lasts.append(gif.info['duration'])
+    assert sum(lasts) == pytest.approx(48e3 / rate, abs=10.0) and min(lasts) >= 20
 
 
 def test_a_gif_keeps_the_colours_of_the_balance():

@@ -73,7 +73,7 @@ def draw(file):
     times = [number / LOOK.rate for number in range(count)]
     filmed = [Filmed(scenario, kept)]
     (sample,) = pictures(filmed, times[count // 2 : count // 2 + 1], LOOK)
-    save_gif(file, pictures(filmed, times, LOOK), sample, LOOK.rate)
+    save_gif(file, pictures(filmed, times, LOOK), count, sample, LOOK.rate)
     robot.close()
 
 

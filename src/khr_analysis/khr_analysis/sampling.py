@@ -32,7 +32,9 @@ CROWDED, BATCHED = 0.25, 0.3  # of the mean interval, and share of intervals bel
 # of the mean interval, and of their mean, above and within which short intervals are those of a
 # sensor that measures in bursts: messages that waited for one another come faster or unevenly
 BURST, ALIKE = 0.02, 0.1
-NEAR = 0.25  # of a period, within which every interval may be off whole ones without a look at others
+NEAR = (
+    0.25  # of a period, within which every interval may be off whole ones without a look at others
+)
 FOLLOWED = 0.1  # of the delay of a timestamp, by which the grid that places are read on shifts
 ROUNDING = 0.01  # of a period, by which a time on the grid may be off
 MOST = 20_000_000  # samples of a grid

@@ -30,7 +30,8 @@ class FftAnalyserParameters:
     """The parameter table of the spectrum analyser.
 
     Raises:
-        ParameterError: if the window holds fewer than eight samples.
+        ParameterError: if the window holds fewer than eight samples, or the spectrum no bin
+            besides the mean.
     """
 
     window_length: float = parameter(
@@ -80,6 +81,11 @@ class FftAnalyserParameters:
             raise ParameterError(
                 f'window_length: {self.window_length!r} is not accepted; accepted: at least '
                 f'{8 * self.control_period:g} s, eight control periods'
+            )
+        if self.max_frequency * self.window_length < 1.0 - 1e-9:
+            raise ParameterError(
+                f'max_frequency: {self.max_frequency!r} is not accepted; accepted: at least '
+                f'{1.0 / self.window_length:.4g} Hz, 1 / window_length'
             )
 
     @property

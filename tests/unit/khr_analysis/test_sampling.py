@@ -103,7 +103,9 @@ def test_a_rate_that_changes_much_is_said_in_intervals():
     times = np.concatenate([np.arange(1000) / 200.0, 5.0 + np.arange(1000) / 80.0])
     lines, notes = peaks_of(ns(times), sine(times, 8.0))
     assert lines[0][0] == pytest.approx(8.0, rel=0.01)
-    assert 'intervals of 5 to 12.5 ms' in notes and rate_in(notes) == pytest.approx(114.3, rel=1e-3)
+    assert 'intervals of 5 to 12.5 ms' in notes and rate_in(notes) == pytest.approx(
+        114.3, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize('spacing', [0.0, 20e-6])

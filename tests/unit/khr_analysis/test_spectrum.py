@@ -291,7 +291,9 @@ def test_a_sample_that_is_missing_now_and_then_is_bridged(seed):
         assert result.peaks[0].amplitude == pytest.approx(0.4, rel=0.02)
 
 
-@pytest.mark.parametrize('rate', [20.0, 33.3, 40.0, 48.0, 50.0, 55.0, 60.0, 64.0, 72.0, 100.0, 200.0])
+@pytest.mark.parametrize(
+    'rate', [20.0, 33.3, 40.0, 48.0, 50.0, 55.0, 60.0, 64.0, 72.0, 100.0, 200.0]
+)
 def test_another_rate_is_found_and_taken(rate):
     """A rate that is assumed shows a tone at the wrong frequency; 1 % is below a bin.
 
@@ -339,3 +341,5 @@ def test_refusals():
         spectrum([1.0, 2.0], FftAnalyserParameters())
     with pytest.raises(ParameterError, match='window_length'):
         build(FftAnalyserParameters, {'window_length': 0.11})
+    with pytest.raises(ParameterError, match=r'max_frequency.* at least 6\.667 Hz'):
+        build(FftAnalyserParameters, {'window_length': 0.15, 'max_frequency': 5.0})

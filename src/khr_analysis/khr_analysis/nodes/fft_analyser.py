@@ -19,6 +19,7 @@ from khr_common.run_identity import MalformedError
 from khr_common.stamps import RunTime, StampSequence
 
 QUIET = 10.0  # s of wall time between warnings
+RATE, OTHER = 'amplitude_rad_s', 'amplitude'  # of an Imu, and of another type in its unit
 
 
 class FftAnalyserNode(Listener):
@@ -26,7 +27,8 @@ class FftAnalyserNode(Listener):
 
     ``spectrum`` holds three rows (its first dimension): frequency in Hz, amplitude in rad/s, phase
     in rad (NaN where the amplitude is below the threshold). ``spectrum/peaks`` holds
-    one status per peak, the strongest first, named by its label.
+    one status per peak, the strongest first, named by its label. The amplitudes of another
+    ``input_type`` have the unit of its messages, and are labelled ``amplitude``.
     """
 
     def __init__(self, spec: NodeSpec) -> None:
@@ -88,33 +90,32 @@ class FftAnalyserNode(Listener):
                 f'window emptied: {self._analyser.reason}', throttle_duration_sec=QUIET
             )
         if spectrum is not None:
-            self._spectrum.publish(_array(spectrum))
-            peaks = _peaks(spectrum)
+            rate = self.parameters.input_type == IMU
+            self._spectrum.publish(_array(spectrum, RATE if rate else OTHER))
+            peaks = _peaks(spectrum, *((RATE, ' rad/s') if rate else (OTHER, '')))
             restamp(peaks.header.stamp, stamp_ns)
             self._peaks.publish(peaks)
 
 
-def _array(spectrum: Spectrum) -> Float64MultiArray:
+def _array(spectrum: Spectrum, amplitude: str) -> Float64MultiArray:
     rows = (spectrum.frequency, spectrum.amplitude, spectrum.phase)
     lines = len(spectrum.frequency)
     message = Float64MultiArray()
     message.layout.dim = [
-        MultiArrayDimension(
-            label='frequency_hz,amplitude_rad_s,phase_rad', size=3, stride=3 * lines
-        ),
+        MultiArrayDimension(label=f'frequency_hz,{amplitude},phase_rad', size=3, stride=3 * lines),
         MultiArrayDimension(label='line', size=lines, stride=lines),
     ]
     message.data = [value for row in rows for value in row.tolist()]
     return message
 
 
-def _peaks(spectrum: Spectrum) -> DiagnosticArray:
+def _peaks(spectrum: Spectrum, amplitude: str, unit: str) -> DiagnosticArray:
     return DiagnosticArray(
         status=[
             status(
                 peak.label,
-                f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
-                {'frequency_hz': repr(peak.frequency), 'amplitude_rad_s': repr(peak.amplitude)},
+                f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f}{unit}',
+                {'frequency_hz': repr(peak.frequency), amplitude: repr(peak.amplitude)},
             )
             for peak in spectrum.peaks
         ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+from math import ceil
 from pathlib import Path
 
 import imageio_ffmpeg  # type: ignore[import-untyped]
@@ -20,6 +22,7 @@ from khr_report.film.scene import Frame, Look, PosedScene, source_of
 from khr_report.folders import make_folder
 
 GIF_COLORS = 96
+FASTEST_GIF = 50.0  # pictures per second
 SMOOTH = 1.5  # pictures are drawn so much larger, so that edges come out smooth
 WIDEST = 1920  # px
 Show = Callable[[str, float, float], None]
@@ -124,7 +127,8 @@ def render(
 
     movie, animation = Path(f'{base}.mp4'), Path(f'{base}.gif')
     with written(movie) as file, written(animation) as other:
-        save_gif(other, _into_movie(file, drawn(), sample.size, look.rate), sample, look.rate)
+        taken = _into_movie(file, drawn(), sample.size, look.rate)
+        save_gif(other, taken, len(wanted), sample, look.rate)
     return [movie, animation]
 
 
@@ -196,23 +200,23 @@ def _into_movie(
 
 
 def save_gif(
-    path: Path, pictures: Iterable[Image.Image], sample: Image.Image, rate: float
+    path: Path, pictures: Iterable[Image.Image], count: int, sample: Image.Image, rate: float
 ) -> None:
-    """Save pictures as a looping GIF at a rate, 1/s, in the colours of one of them."""
+    """Save so many pictures as a looping GIF at a rate, 1/s, in the colours of one of them."""
     # With one palette for all frames a GIF stores only moving parts and does not flicker.
     found = sample.quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
     palette = Image.new('P', (1, 1))
     palette.putpalette(
         [*(value for color in COLORS for value in color), *(found.getpalette() or [])]
     )
-    frames = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures)
+    # A GIF counts in 1/100 s, and viewers slow down what lasts less than two of them.
+    every = ceil(rate / FASTEST_GIF)
+    ends = np.rint(100.0 * every / rate * np.arange(ceil(count / every) + 1))
+    durations = [10 * each for each in np.diff(ends).astype(int).tolist()]  # ms
+    shown = islice(pictures, 0, None, every)
+    frames = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in shown)
     next(frames).save(
-        path,
-        save_all=True,
-        append_images=frames,
-        duration=round(1000.0 / rate),
-        loop=0,
-        optimize=True,
+        path, save_all=True, append_images=frames, duration=durations, loop=0, optimize=True
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from khr_analysis.peaks import Array
 from khr_analysis.recorded_spectrum import RecordedSpectrum, recorded_spectrum
 from khr_bringup.recorded.channel import Channel, read_channel, topics_in
 from khr_common.errors import KhrError
@@ -54,8 +55,7 @@ def _signal(channel: Channel) -> list[Section]:
     samples = found.samples
     with styled():
         signal, (axis,) = panels(label, height=2.4)
-        every = max(1, len(samples.values) // MOST_POINTS)
-        axis.plot(samples.times[::every], samples.values[::every], linewidth=0.8)
+        axis.plot(*_envelope(samples.times, samples.values), linewidth=0.8)
         axis.set(xlabel='time (s)', ylabel=unit)
         lines = _spectrum(found, unit)
     table = csv_text(
@@ -74,6 +74,19 @@ def _signal(channel: Channel) -> list[Section]:
             + (listed if peaks else paragraphs('No line stands out of the noise.')),
         ),
     ]
+
+
+def _envelope(times: Array, values: Array) -> tuple[Array, Array]:
+    """Return the smallest and largest value of each group of samples, if there are too many.
+
+    Every n-th sample alone would show a slow wave that is not there.
+    """
+    every = -(-2 * len(values) // MOST_POINTS)
+    if every <= 2:
+        return times, values
+    groups = values[: len(values) // every * every].reshape(-1, every)
+    ends = np.stack([groups.min(axis=1), groups.max(axis=1)], axis=1)
+    return np.repeat(times[: groups.size : every], 2), ends.ravel()
 
 
 def _spectrum(found: RecordedSpectrum, unit: str) -> Figure:

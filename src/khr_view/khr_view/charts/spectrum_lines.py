@@ -62,13 +62,14 @@ def peaks_in(array: Any) -> list[PlacedPeak]:
     peaks = []
     for status in array.status[:MOST_PEAKS]:
         values = {pair.key: pair.value for pair in status.values}
-        at, amplitude = real(values, 'frequency_hz'), real(values, 'amplitude_rad_s')
+        at, amplitude = real(values, 'frequency_hz'), real(values, AMPLITUDE)
         if not 0.0 <= at <= HIGHEST:
             raise MalformedError(f'frequency_hz is not within 0 and {HIGHEST:g}')
         peaks.append(PlacedPeak(at, amplitude))
     return peaks
 
 
+AMPLITUDE = 'amplitude_rad_s'
 ROWS = 3  # of a spectrum: frequency, amplitude, phase
 
 
@@ -82,6 +83,9 @@ def bins_in(message: Any) -> tuple[Array, Array]:
         MalformedError: if it is no spectrum.
     """
     numbers = np.array(message.data, dtype=float)
+    labels = [each.label for each in message.layout.dim[:1]]
+    if labels and AMPLITUDE not in labels[0]:
+        raise MalformedError(f'{labels[0]}: not {AMPLITUDE}')
     if len(numbers) % ROWS or len(numbers) > ROWS * MOST_BINS:
         raise MalformedError(f'not {ROWS} rows')
     frequency, amplitude, _ = numbers.reshape(ROWS, -1)  # too small for a phase

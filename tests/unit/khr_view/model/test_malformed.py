@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from std_msgs.msg import Float64MultiArray
 
-from khr_analysis.nodes.fft_analyser import _array
+from khr_analysis.nodes.fft_analyser import _array, _peaks
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import values_of
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_common.interfaces import WRENCH
 from khr_common.run_identity import MalformedError
 from khr_view.charts.spectrum_lines import bins_in, peaks_in, spectrum_lines
 from khr_view.model.status import Status
@@ -61,7 +63,7 @@ def test_a_spectrum_is_shown_or_refused(peaks, data, cycle):
         ]
     )
     tones = tried(peaks_in, array) or []
-    bins = tried(bins_in, Message(data=data))
+    bins = tried(bins_in, Float64MultiArray(data=data))
     if bins is not None:
         assert all(tone.name.isprintable() for tone in spectrum_lines(*bins, tones, cycle).tones)
 
@@ -70,19 +72,27 @@ def test_what_a_spectrum_says_is_read():
     values = [Message(key='frequency_hz', value='2.5'), Message(key='amplitude_rad_s', value='.1')]
     (peak,) = peaks_in(Message(status=[Message(name='f', values=values)]))
     assert (peak.frequency, peak.amplitude) == (2.5, 0.1)
-    frequency, amplitude = bins_in(Message(data=[0.0, 1.0, 5.0, 6.0, float('nan'), 0.5]))
+    frequency, amplitude = bins_in(Float64MultiArray(data=[0.0, 1.0, 5.0, 6.0, float('nan'), 0.5]))
     assert (*frequency, *amplitude) == (0.0, 1.0, 5.0, 6.0)
     for data in ([1.0, 0.0, 5.0, 6.0, 0.0, 0.0], [0.0, 1.0, 5.0, float('nan'), 0.0, 0.0]):
         with pytest.raises(MalformedError):
-            bins_in(Message(data=data))
+            bins_in(Float64MultiArray(data=data))
 
 
 def test_a_spectrum_of_the_analyser_is_one():
     rate = np.sin(np.arange(154.0))
-    message = _array(spectrum(rate, FftAnalyserParameters()))
+    message = _array(spectrum(rate, FftAnalyserParameters()), 'amplitude_rad_s')
     assert np.isnan(message.data).any(), 'phases of what is too small'
     frequency, _ = bins_in(message)
     assert len(frequency) == message.layout.dim[1].size
+
+
+def test_a_spectrum_in_another_unit_is_not_shown_in_deg_s():
+    found = spectrum(np.sin(np.arange(154.0)), FftAnalyserParameters(input_type=WRENCH))
+    with pytest.raises(MalformedError, match='not amplitude_rad_s'):
+        bins_in(_array(found, 'amplitude'))
+    with pytest.raises(MalformedError, match='amplitude_rad_s'):
+        peaks_in(_peaks(found, 'amplitude', ''))
 
 
 def test_a_driver_that_counts_no_late_periods_is_no_malformed_one():
