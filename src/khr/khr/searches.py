@@ -89,11 +89,13 @@ def limit_of(
     Raises:
         KhrError: if a value is not accepted, before anything runs.
     """
+    from khr_report.folders import make_folder
     from khr_studies.measuring.critical import measure_limit
     from khr_studies.measuring.limit import check_file, write_limit
 
     if out:
         check_file(Path(out))
+        make_folder(Path(out).parent)
     limit = measure_limit(condition, seeds, tolerance, pool)
     if out:
         write_limit(limit, Path(out))

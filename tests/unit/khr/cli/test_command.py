@@ -72,6 +72,18 @@ def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
     assert not (tmp_path / 'runs').exists()
 
 
+def test_lines_look_at_the_folder_of_their_page_before_they_run_anything(
+    monkeypatch, capsys, tmp_path
+):
+    def never(*_, **__):
+        raise AssertionError('ran')
+
+    monkeypatch.setattr('khr_studies.peak_origin.study.run_variants', never)
+    (tmp_path / 'file').touch()
+    code, _, err = khr(monkeypatch, capsys, 'lines', '--out', tmp_path / 'file' / 'x.md')
+    assert code == 2 and err.startswith('khr: --out: ') and err.count('\n') == 1
+
+
 def test_a_run_of_nothing_lists_the_scenarios(monkeypatch, capsys):
     code, out, err = khr(monkeypatch, capsys, 'run')
     assert code == 2 and 'walk_7.68deg_ka12' in out

@@ -127,8 +127,11 @@ def lines(
     """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recording."""
     from khr_bringup.recorded.storage import is_recording
     from khr_common.files import write_text
+    from khr_report.folders import make_folder
     from khr_studies.peak_origin import page, recorded, study
 
+    if out:
+        make_folder(out.parent)
     path = recording_named(scenario)
     if topic or axis or namespace or path.is_dir() or is_recording(path):
         of_scenario = {'--fast': fast, '--set': set_, '--workers': workers}
