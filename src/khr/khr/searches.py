@@ -52,7 +52,8 @@ def critical(
         hip_gain: Hip gain K_H in board units; 0 is no control.
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
         uphill: The robot faces uphill, and so falls backward.
-        set: Change a parameter of the scenario: ``node.parameter=value``.
+        set: Change a parameter of the scenario: ``node.parameter=value``; but not inclination,
+            seed and initial tilt, which the search sets.
         robot: Constants of another robot: ``leaning``, or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Number of seeds of each measurement.
@@ -113,14 +114,33 @@ def condition_of(
     robot: str = '',
     **_: Any,
 ) -> Condition:
-    """Return the condition that :func:`critical` measures with the same arguments."""
+    """Return the condition that :func:`critical` measures with the same arguments.
+
+    Raises:
+        KhrError: if a value is not accepted, or is one that the search sets.
+    """
     from khr.runs import changes_of
     from khr_bringup.scenario.robots import constants_of
-    from khr_studies.measuring.condition import Condition
+    from khr_common.checks import one_of
+    from khr_common.errors import KhrError
+    from khr_studies.measuring.condition import SEARCHED, Condition
 
-    changes = changes_of({**(set or {}), **({'simulator.engine': engine} if engine else {})})
-    if robot:
-        changes = constants_of(robot) | changes
+    one_of('motion', motion, ('walk', 'leg_lift'))
+    if motion == 'leg_lift' and surface != 'smooth':
+        raise KhrError(
+            f'--surface: {surface!r} is not accepted with leg_lift, which is always on the pads; '
+            'accepted: smooth, the default'
+        )
+    own = {**(set or {}), **({'simulator.engine': engine} if engine is not None else {})}
+    changes, constants = changes_of(own), constants_of(robot) if robot else {}
+    for option, given in (('--set', changes), ('--robot', constants)):
+        for node, key in SEARCHED:
+            if (node, key) in given:
+                raise KhrError(
+                    f'{option}: {node}.{key}={given[node, key]} is not accepted: the search sets '
+                    'it; accepted: other parameters'
+                )
+    changes = constants | changes
     return Condition(motion, ankle_gain, hip_gain, surface, tuple(changes.items()), uphill)
 
 

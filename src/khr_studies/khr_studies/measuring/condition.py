@@ -23,6 +23,10 @@ def with_seed(seed: int) -> Changes:
     return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
 
 
+# What a search of a limit sets anew for each of its runs.
+SEARCHED = (('simulator', 'inclination_deg'), *dict(with_seed(0)))
+
+
 def with_engine(engine: str, changes: Changes = ()) -> Changes:
     """Return changes preceded by the one that selects a physics engine."""
     return ((ENGINE, engine), *changes)

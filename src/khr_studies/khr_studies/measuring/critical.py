@@ -18,12 +18,11 @@ from khr_common.checks import integer
 from khr_common.errors import KhrError
 from khr_common.maths.limit import bracket_limit
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.limit import ENDS, Limit
 from khr_studies.measuring.run_table import measure
 from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row, outcome_columns
 
-ENDS = (0.0, 20.0)  # deg, range of a search
 STEP = 0.8  # deg, of a search until it has seen the robot both stay up and not
 START = 5.0  # deg, first inclination of every search; equal to no value of the thesis
 GOLDEN = 0.6180339887  # spreads the lattices of the seeds evenly over a tolerance
@@ -59,7 +58,8 @@ def limit_of_seed(condition: Condition, seed: int, start: float, tolerance: floa
         return outcome.stayed_up
 
     shifted = start + tolerance * (seed * GOLDEN % 1.0)
-    limit_deg = bracket_limit(stays_up, shifted, ENDS, STEP, tolerance).middle
+    within = min(max(shifted, ENDS[0]), ENDS[1])
+    limit_deg = bracket_limit(stays_up, within, ENDS, STEP, tolerance).middle
     print(
         f'{condition.title}: seed {seed}, {limit_deg:.2f} deg after {len(runs)} runs',
         file=sys.stderr,

@@ -14,6 +14,7 @@ from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_studies.measuring.run_table import half_interval, run_table
 
+ENDS = (0.0, 20.0)  # deg, range of a search
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 NORMAL = 1.96  # standard deviations of 95 %
 RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/integration)
@@ -25,7 +26,8 @@ class Limit:
     """The critical inclination of one condition.
 
     Attributes:
-        of_seeds: limit of each seed 0, 1, ..., deg: midway between staying up and not.
+        of_seeds: limit of each seed 0, 1, ..., deg: midway between staying up and not; an end of
+            the range of the search (:data:`ENDS`) if the robot stayed up there, or never.
         tolerance: of each bisection, deg.
         runs: table of all runs of the searches.
     """
@@ -44,7 +46,8 @@ class Limit:
         """Show the mean, its interval and the seeds."""
         within = f' +- {self.half_width:.2f}' if len(self.of_seeds) > 1 else ''
         seeds = ', '.join(f'{each:.2f}' for each in self.of_seeds)
-        return f'Limit({self.mean:.2f}{within} deg, seeds {seeds} deg)'
+        ended = f'; {self.ended}' if self.ended else ''
+        return f'Limit({self.mean:.2f}{within} deg, seeds {seeds} deg{ended})'
 
     @property
     def mean(self) -> float:
@@ -62,6 +65,17 @@ class Limit:
         several = len(self.of_seeds) > 1
         scatter = half_interval(self.of_seeds) if several else NORMAL * ONE_SEED_DEG
         return hypot(scatter, NORMAL * hypot(self.tolerance / sqrt(12.0), RAGGED))
+
+    @property
+    def ended(self) -> str:
+        """Return how many seeds met an end of the range, beyond which their limit is; or ''."""
+        counts = (sum(one == end for one in self.of_seeds) for end in ENDS)
+        said = ', '.join(
+            f'{count} of {len(self.of_seeds)} seeds {word} up at {end:g} deg'
+            for count, word, end in zip(counts, ('not', 'still'), ENDS, strict=True)
+            if count
+        )
+        return f'the range ended: {said}' if said else ''
 
     @property
     def highest(self) -> pd.DataFrame:
@@ -92,8 +106,10 @@ def limit_text(title: str, limit: Limit) -> str:
     scatter = f'95 %, {seeds} seeds' if seeds > 1 else 'one seed; standard deviation assumed'
     of_seeds = '  '.join(f'{one:.2f}' for one in sorted(limit.of_seeds))
     stayed = len(limit.highest)  # seeds that stayed up at all
+    ended = f'{limit.ended}\n' if limit.ended else ''
     return (
         f'{limit.mean:.2f} +- {limit.half_width:.2f} deg ({scatter})  {title}\n'
+        f'{ended}'
         f'seeds      {of_seeds} deg\n'
         f'just below {_count("slips", limit.slipped, stayed)}, '
         f'{_count("vibrates", limit.vibrated, stayed)} '

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
@@ -15,6 +17,7 @@ from khr_studies.measuring import critical
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
 from khr_studies.measuring.limit import (
+    ENDS,
     ONE_SEED_DEG,
     RAGGED,
     VIBRATES,
@@ -53,6 +56,25 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch, capsys, tmp_path):
     content = json.loads((tmp_path / 'limit.json').read_text())
     assert content['limit_deg'] == pytest.approx(limit.mean)
     assert len(content['runs']) == len(pd.read_csv(tmp_path / 'runs.csv')) == len(limit.runs)
+
+
+@given(
+    edge=st.one_of(st.floats(-1.0, 21.0), st.sampled_from((0.1, 19.9))),
+    tolerance=st.sampled_from((0.1, 0.8)),
+)
+def test_every_run_of_a_search_is_within_its_range_and_an_end_of_it_is_called_so(edge, tolerance):
+    def run(condition, inclination_deg, seed):
+        return full_outcome('walked' if inclination_deg <= edge else 'fell')
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(critical, 'run_condition', run)
+        limit = measure_limit(Condition(), 4, tolerance, HerePool())
+    assert limit.runs['inclination_deg'].between(*ENDS).all()
+    text, beyond = 'the range ended: 4 of 4 seeds {} up at {} deg', ''
+    if not ENDS[0] <= edge < ENDS[1]:
+        beyond = text.format(*(('not', 0) if edge < ENDS[0] else ('still', 20)))
+    assert limit.ended == beyond
+    assert ('range' in repr(limit)) == bool(beyond) == ('range' in limit_text('walk', limit))
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path):
