@@ -212,17 +212,19 @@ def _start_worker(quiet: bool) -> _Worker:
         1, multiprocessing.get_context('spawn'), _initialise, (os.getpid(), quiet)
     )
     with _starting:
-        for name in SINGLE_THREADED:
-            os.environ.setdefault(name, '1')
         resource_tracker.ensure_running()  # here, as it unblocks SIGINT
         main = sys.modules['__main__']
         sys.modules['__main__'] = ModuleType('__main__')
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        added = [name for name in SINGLE_THREADED if name not in os.environ]
+        os.environ.update(dict.fromkeys(added, '1'))
         try:
             pid = executor.submit(os.getpid)
         finally:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             sys.modules['__main__'] = main
+            for name in added:  # the caller's own programs may use several
+                del os.environ[name]
     return _Worker(executor, pid.result())
 
 

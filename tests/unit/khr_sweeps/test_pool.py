@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from khr_common import KhrError, RunError
-from khr_sweeps.pool import LEAST_AHEAD, LostWorkerError, compute, local_pool
+from khr_sweeps.pool import LEAST_AHEAD, SINGLE_THREADED, LostWorkerError, compute, local_pool
 from tests.fakes.jobs import pid_once, stay, unreadable
 
 
@@ -43,6 +43,17 @@ def test_a_job_that_kills_every_worker_is_given_up_and_the_others_go_on(pool):
     with pytest.raises(LostWorkerError):
         lost.result()
     assert list(compute(pool, os._exit, [('a', 3)])) == [[('a', None)]]
+
+
+def test_workers_have_one_thread_each_and_the_caller_keeps_his(monkeypatch):
+    for name, text in zip(SINGLE_THREADED, (None, '7', None), strict=True):
+        monkeypatch.delenv(name, raising=False)
+        if text:
+            monkeypatch.setenv(name, text)
+    before = dict(os.environ)
+    with local_pool(1) as pool:
+        there = [pool.submit(os.getenv, name).result() for name in SINGLE_THREADED]
+    assert there == ['1', '7', '1'] and dict(os.environ) == before
 
 
 def test_the_end_of_the_pool_ends_workers_whatever_they_do(tmp_path):
