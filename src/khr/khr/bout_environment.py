@@ -232,7 +232,7 @@ def bout_env(
         >>> {agent: observation.shape for agent, observation in observations.items()}
         {'red': (28,), 'blue': (28,)}
     """
-    changes = dict(set or {}) | ({'simulator.engine': engine} if engine else {})
+    changes = dict(set or {}) | ({'simulator.engine': engine} if engine is not None else {})
     return BoutEnv(_changed(load_bout(str(bout)), changes))
 
 

@@ -21,6 +21,7 @@ from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError
 from khr_common.checks import one_of
+from khr_common.errors import INTERRUPTED
 from khr_studies.peak_origin.study import whole_cycles
 from khr_studies.third_stage.study import SCALES, TIMES, Plane, measure_plane
 from khr_sweeps.pool import check_workers
@@ -111,6 +112,7 @@ def sweep(
 
     Raises:
         KhrError: if a value is not accepted, or runs are missing at the end.
+        KeyboardInterrupt: after Ctrl-C; with ``out``, finished runs are kept.
 
     Example:
         >>> import khr
@@ -119,7 +121,7 @@ def sweep(
         >>> found['verdict'].to_pylist()
         ['stood', 'stood']
     """
-    chosen = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
+    chosen = {**(set or {}), **({'simulator.engine': engine} if engine is not None else {})}
     request: dict[str, Any] = {
         'scenario': str(scenario),
         'grid': {name: _values(name, values) for name, values in grid.items()},
@@ -128,7 +130,12 @@ def sweep(
     request |= {'seeds': seeds} if seeds is not None else {}
     specification = sweep_from(request, 'sweep')
     with _folder(out) as results:
-        if run_sweep(specification, results, workers, quiet=not progress):
+        code = run_sweep(specification, results, workers, quiet=not progress)
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
+        if code and out is None:
+            raise KhrError('sweep: runs are missing; accepted: out=FOLDER, which keeps the others')
+        if code:
             raise KhrError(f'{results}: runs are missing; accepted: the same call again')
         return read_results(results)
 

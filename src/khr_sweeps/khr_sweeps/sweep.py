@@ -51,8 +51,9 @@ def run_sweep(
         if left:
             count = min(most, left)
             lost, stopped = _run(specification, folder, total, count, scheduler, quiet)
+        path = folder.export()
         if not quiet:
-            _summarise(specification, folder)
+            _summarise(specification, path)
     report_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
 
@@ -97,8 +98,7 @@ def _run(
     return lost, False
 
 
-def _summarise(specification: Sweep, folder: Folder) -> None:
-    path = folder.export()
+def _summarise(specification: Sweep, path: Path) -> None:
     rows = read_results(path)
     verdicts = Counter(rows.column('verdict').to_pylist())
     summary = Table(title=specification.name, show_header=False, title_justify='left')

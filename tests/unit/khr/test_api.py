@@ -1,13 +1,18 @@
 """The Python interface gives the same runs as the command and the nodes."""
 
+import os
+import signal
 import subprocess
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 import khr
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_studies.measuring.limit import Limit
+from khr_sweeps.results.folder import Folder
 from tests.fakes.bags import make_bag, state
 from tests.fakes.recordings import message
 from tests.support.runs import KHR
@@ -152,7 +157,7 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
         (0.0, 0): 'stood', (0.0, 1): 'stood', (30.0, 0): 'slipped', (30.0, 1): 'slipped',
     }  # fmt: skip
     assert not capsys.readouterr().out
-    assert (tmp_path / 'kept').is_dir()
+    assert pq.read_table(tmp_path / 'kept' / 'results.parquet').equals(found)
 
 
 @pytest.mark.parametrize(
@@ -161,6 +166,13 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
         (lambda: khr.run('nowhere'), 'nowhere'),
         (lambda: khr.load('nowhere'), 'nowhere: not there'),
         (lambda: khr.critical('fly'), 'motion'),
+        (lambda: khr.critical('guard'), r'accepted: walk \| leg_lift'),
+        (lambda: khr.critical('leg_lift', surface='rubber'), '^surface: .rubber.*leg_lift'),
+        (lambda: khr.critical(engine=''), 'engine'),
+        (lambda: khr.critical(set={'simulator.inclination_deg': 3}), '^set: .*inclination_deg=3'),
+        (lambda: khr.critical(set={'simulator.seed': 3}), '^set: simulator.seed=3'),
+        (lambda: khr.critical(set={'simulator.initial_tilt_deg': 1}), 'initial_tilt_deg=1'),
+        (lambda: khr.sweep('stand_0deg', {'simulator.seed': [1]}, engine=''), 'engine'),
         (lambda: khr.run(), 'scenario is missing'),
         (lambda: khr.run(3), 'a valid string . a path . an instance of Scenario'),
         (lambda: khr.run('walk_0deg', gain=12), "'gain'.*accepted: scenario, set"),
@@ -172,6 +184,51 @@ def test_a_mistake_is_one_line(call, says):
     with pytest.raises(khr.KhrError, match=says) as caught:
         call()
     assert '\n' not in str(caught.value)
+
+
+def test_a_robot_does_not_set_what_a_search_varies(tmp_path):
+    file = tmp_path / 'sloping.yaml'
+    file.write_text('simulator: {ros__parameters: {inclination_deg: 3.0}}\n')
+    with pytest.raises(khr.KhrError, match=r'^robot: simulator.inclination_deg=3.0'):
+        khr.critical(robot=str(file))
+
+
+def test_the_folder_of_a_limit_is_made_before_anything_is_measured(tmp_path, monkeypatch):
+    (tmp_path / 'file').touch()
+    folder = tmp_path / 'new' / 'folder'
+
+    def measured(*_):
+        assert folder.is_dir()
+        return Limit((5.0,))
+
+    monkeypatch.setattr('khr_studies.measuring.critical.measure_limit', measured)
+    khr.critical(out=folder / 'runs.csv')
+    assert (folder / 'runs.csv').is_file()
+    with pytest.raises(khr.KhrError, match=r'^out: .*file.*accepted: a folder'):
+        khr.critical(out=tmp_path / 'file' / 'runs.csv')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('kept', [True, False])
+def test_an_interrupted_sweep_raises_that_and_keeps_what_is_done(tmp_path, monkeypatch, kept):
+    append = Folder.append
+
+    def interrupted(folder, rows):
+        append(folder, rows)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Folder, 'append', interrupted)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    short = {'simulator.duration': 0.3}
+    grid = {'simulator.inclination_deg': np.linspace(0.0, 9.0, 200)}
+    out = tmp_path / 'kept' if kept else None
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            khr.sweep('stand_0deg', grid, set=short, engine='mujoco', workers=1, out=out)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if kept:
+        assert 1 <= pq.read_table(out / 'results.parquet').num_rows < 200
 
 
 def test_a_signal_that_is_no_rate_is_refused(walk):
