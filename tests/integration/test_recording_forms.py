@@ -213,6 +213,53 @@ def test_a_verb_that_needs_a_run_says_so_of_another_recording(tmp_path, verb):
     assert '\n' not in str(caught.value)
 
 
+def cut_short(folder):
+    """Return a recording of another robot, whose recorder was killed."""
+    folder.mkdir()
+    file = write_mcap(folder / 'bag_0.mcap', tone(7.0, 50.0, seconds=8.0), chunk_size=2000)
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    return folder
+
+
+def miscounted(folder):
+    """Return a recording of another robot, whose metadata count other messages."""
+    bag = write(folder, tone(7.0, 50.0))
+    text = (bag / 'metadata.yaml').read_text()
+    (bag / 'metadata.yaml').write_text(text.replace(': 200\n', ': 199\n'))
+    return bag
+
+
+@pytest.mark.parametrize('harmed', [cut_short, miscounted])
+def test_lines_and_report_read_another_damaged_recording_without_a_topic(tmp_path, harmed):
+    bag = harmed(tmp_path / 'bag')
+    (peak,) = peaks_of_recording(bag).peaks
+    assert peak.frequency == pytest.approx(7.0, rel=2e-3)
+    assert is_foreign(bag) and is_foreign(next(bag.glob('*.mcap')))
+    assert '/imu/data' in report(bag, None, tmp_path / 'page.html').read_text()
+
+
+@pytest.mark.parametrize('harmed', [cut_short, miscounted, None])
+def test_another_recording_is_compared_with_nothing(run, tmp_path, capsys, harmed):
+    bag = (harmed or (lambda folder: write(folder, tone(7.0, 50.0))))(tmp_path / 'bag')
+    for pair in ((bag, bag), (run, bag), (bag, run)):
+        with pytest.raises(
+            KhrError, match=f'{bag}: no khr run; accepted with --against'
+        ) as caught:
+            report(*pair, tmp_path / 'page.html')
+        assert '\n' not in str(caught.value)
+    assert capsys.readouterr().err == ''
+    assert not (tmp_path / 'page.html').exists()
+
+
+def test_a_bag_without_an_outcome_has_no_record(run, tmp_path):
+    """Of a run, but stopped before its monitor and its simulator said anything."""
+    left = ('/scenario', '/imu/data_raw')
+    bag = write(tmp_path / 'bag', [each for each in messages_of(run / 'bag') if each[2] in left])
+    assert contents_of(bag).record is None
+    assert contents_of(run / 'bag').record.judged
+
+
 # ---- recovered ----
 
 

@@ -18,9 +18,11 @@ from khr_bringup.recorded.bags import (
     NumbersOf,
     bag_of,
     final_state,
+    full_name,
     read_messages,
     read_what_is_left,
 )
+from khr_bringup.recorded.channel import topics_in
 from khr_bringup.recorded.events import Event, received_push, timed_pushes
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.recorded.storage import is_recording
@@ -44,6 +46,31 @@ from khr_sim.run_parameters import RunParameters
 
 ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, DIAGNOSTICS, PUSHED, ROBOT_DESCRIPTION)
 ACCEPTED = 'accepted: the folder of a khr run, or its bag'
+
+
+def has_messages(path: Path, topics: Iterable[Topic], namespace: str = '') -> bool:
+    """Return whether a recording, damaged or not, has messages of one of some topics of a robot.
+
+    Args:
+        path: the recording, one of its files, or the folder of a run.
+        topics: of the robot; another type does not count.
+        namespace: of the robot; any if empty.
+
+    Raises:
+        KhrError: if it is no recording, or nothing of it can be read.
+    """
+    found, _ = topics_in(path)
+    return any(
+        each.kind == topic.kind
+        and (
+            each.name == full_name(topic, namespace.strip('/'))
+            if namespace
+            else each.name.endswith('/' + topic.name.lstrip('/'))
+        )
+        for each in found
+        if each.messages
+        for topic in topics
+    )
 
 
 class RecordedRun:
@@ -131,11 +158,13 @@ class RecordedRun:
     def has_scenario(self) -> bool:
         """Return whether the scenario of a khr run is there, in the bag or beside it.
 
+        The bag may be damaged.
+
         Raises:
-            KhrError: if there is no bag, or it cannot be read.
+            KhrError: if there is no bag, or nothing of it can be read.
         """
         beside = self.path.is_dir() and (self.folder / SCENARIO_FILE).is_file()
-        return bool(self.messages[SCENARIO]) or beside
+        return beside or has_messages(self.path, (SCENARIO,), self._namespace)
 
     @cached_property
     def scenario(self) -> Scenario:

@@ -13,7 +13,7 @@ from khr_bringup.balance import Balance, balances_of, margins_of
 from khr_bringup.changes import Change
 from khr_bringup.recorded.bags import AmbiguousError, bag_of
 from khr_bringup.recorded.events import Event, events_of, timed_pushes
-from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
+from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun, has_messages
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.recorded.storage import is_recording, refuse_ros1
 from khr_bringup.result import FILE, RunRecord
@@ -87,11 +87,10 @@ def is_foreign(path: Path, namespace: str = '') -> bool:
     place = bag_of(path)
     if not path.exists() or not is_recording(place) or (path.is_dir() and place != path):
         return False
-    run = RecordedRun(path, salvage=True, namespace=namespace)
-    if not run.readable:
+    try:
+        return not has_messages(path, (SCENARIO_TOPIC, OUTCOME, STATE, TRUE_POSE), namespace)
+    except KhrError:  # nothing of it can be read
         return False
-    known = (SCENARIO_TOPIC, OUTCOME, STATE, TRUE_POSE)
-    return not any(len(run.messages[topic]) for topic in known)
 
 
 def contents_of(path: Path, namespace: str = '') -> RunContents:
@@ -124,8 +123,11 @@ def contents_of(path: Path, namespace: str = '') -> RunContents:
 def _read_bag(run: RecordedRun, found: RunContents) -> None:
     if found.read(lambda: run.messages) is None:
         return
-    found.record = found.record or run.recorded_outcome
-    found.changes = run.changes or found.record.changes
+    record = found.record or run.recorded_outcome
+    found.changes = run.changes or record.changes
+    # any bag gives a record; without an outcome and an end it is empty
+    stated = record.scenario or record.judged or record.trajectory_hash or record.end
+    found.record = record if stated else None
     found.pushes = run.pushes
     found.series = found.read(lambda: run.series)
     if found.series is not None:

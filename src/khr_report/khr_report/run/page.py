@@ -67,6 +67,9 @@ def report(
     if topic or axis or (against is None and is_foreign(run, namespace)):
         return report_recording(run, page, topic, axis, namespace)
     paths = {'this run': run} if against is None else {'A': run, 'B': against}
+    for path in paths.values():
+        if against is not None and is_foreign(path, namespace):
+            raise KhrError(f'{path}: no khr run; accepted with --against: two khr runs')
     found = {name: contents_of(path, namespace) for name, path in paths.items()}
     for each in found.values():
         if each.record is None and each.series is None:
