@@ -80,13 +80,18 @@ def write(folder, messages, topic='/imu/data', *, plugin='mcap', compressed='non
     return Path(folder)
 
 
-def write_mcap(file, messages, topic='/imu/data', profile='ros2', definition=True, **options):
-    """Write one MCAP file by the library mcap, with any of its options."""
+def write_mcap(
+    file, messages, topic='/imu/data', profile='ros2', definition=True, kind=IMU, **options
+):
+    """Write one MCAP file by the library mcap, with any of its options.
+
+    The messages are of Imu; ``kind`` is the name that their type has in the file.
+    """
     with Path(file).open('wb') as stream:
         writer = McapWriter(stream, **options)
         writer.start(profile)
         text = STORE.generate_msgdef(IMU, ros_version=2)[0].encode() if definition else b''
-        schema = writer.register_schema(IMU, 'ros2msg' if definition else '', text)
+        schema = writer.register_schema(kind, 'ros2msg' if definition else '', text)
         channel = writer.register_channel(topic, 'cdr', schema)
         for time_ns, each in messages:
             data = bytes(STORE.serialize_cdr(each, each.__msgtype__))

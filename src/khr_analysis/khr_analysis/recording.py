@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from mcap.writer import CompressionType, Writer
@@ -19,6 +19,14 @@ METADATA, METADATA_KEY = 'rosbag2', 'serialized_metadata'  # record of rosbag2 i
 _VERSION = 9  # of the rosbag2 metadata of Jazzy
 _CHUNK = 1 << 20  # bytes
 _FOREVER = {'sec': 2147483647, 'nsec': 4294967295}
+
+
+class Definition(NamedTuple):
+    """A message type as it is written into a bag."""
+
+    encoding: str  # of MCAP: ros2msg or ros2idl; empty without a text
+    text: str  # of the definition, with those of its fields
+    digest: str  # RIHS01 hash of the type; empty if it is not known
 
 
 class Recording:
@@ -52,19 +60,33 @@ class Recording:
         )
         self._writer.start('ros2')
 
-    def add_topic(self, topic: str, kind: str, latched: bool = False) -> None:
+    def add_topic(
+        self, topic: str, kind: str, latched: bool = False, foreign: Definition | None = None
+    ) -> None:
         """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
 
+        Args:
+            topic: its name.
+            kind: its message type.
+            latched: whether its last message is kept for late subscribers.
+            foreign: definition of a type that is not one of ROS 2 Jazzy's own; ignored otherwise.
+
         Raises:
-            KhrError: if the type is not one of ROS 2 Jazzy's own.
+            KhrError: if the type is not one of ROS 2 Jazzy's own, and no definition is given.
         """
-        if kind not in self._store.types:
+        if kind in self._store.types:
+            text = self._store.generate_msgdef(kind, ros_version=2)[0]
+            definition = Definition('ros2msg', text, self._store.hash_rihs01(kind))
+        elif foreign is not None:
+            definition = foreign
+        else:
             raise KhrError(
                 f'{topic}: type {kind} is not accepted; accepted: the message types of ROS 2 Jazzy'
             )
         if kind not in self._schemas:
-            definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()
-            self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', definition)
+            self._schemas[kind] = self._writer.register_schema(
+                kind, definition.encoding, definition.text.encode()
+            )
         profiles = [_qos(latched)]
         self._channels[topic] = self._writer.register_channel(
             topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': _dump(profiles)}
@@ -74,7 +96,7 @@ class Recording:
             'type': kind,
             'serialization_format': 'cdr',
             'offered_qos_profiles': profiles,
-            'type_description_hash': self._store.hash_rihs01(kind),
+            'type_description_hash': definition.digest,
         }
         self.counts[topic] = 0
 

@@ -7,14 +7,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rosbags.interfaces import ConnectionExtRosbag2, QosDurability
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinitionFormat,
+    QosDurability,
+)
 from rosbags.rosbag2 import Reader
 
-from khr_analysis.recording import Recording
+from khr_analysis.recording import Definition, Recording
 from khr_bringup.recorded.bags import bag_of
-from khr_bringup.recorded.storage import is_indexed, is_recording, opened
+from khr_bringup.recorded.storage import METADATA, files_of, is_indexed, is_recording, opened
 from khr_common.errors import KhrError
 from khr_common.text.quoting import one_line
+
+ENCODINGS = {  # of definitions, as MCAP names them
+    MessageDefinitionFormat.NONE: '',
+    MessageDefinitionFormat.MSG: 'ros2msg',
+    MessageDefinitionFormat.IDL: 'ros2idl',
+}
 
 
 @dataclass(frozen=True)
@@ -31,7 +42,7 @@ def recover(bag: Path) -> Recovered | None:
     """Write a cut bag again with all whole messages; the cut bag is kept.
 
     Args:
-        bag: the bag, or the folder of the run that holds it (then its newest bag).
+        bag: the bag, an MCAP file of one, or the folder of the run that holds it.
 
     Returns:
         The recovered bag, in one file; None if the bag is whole.
@@ -41,10 +52,15 @@ def recover(bag: Path) -> Recovered | None:
         OSError: if the new bag cannot be written; the old one is then as it was.
     """
     place = bag_of(bag)
-    if not place.is_dir() or not is_recording(place):
-        raise KhrError(f'{bag}: no bag; accepted: a rosbag2 folder, or the folder of a run')
+    alone = place.is_file() and place.suffix == '.mcap'
+    if not (alone or (place.is_dir() and is_recording(place))):
+        raise KhrError(
+            f'{bag}: no bag; accepted: a rosbag2 folder, an MCAP file, or the folder of a run'
+        )
     if _is_whole(place):
         return None
+    if alone and (place.parent / METADATA).is_file():  # which would not fit the new file
+        raise KhrError(f'{bag}: a file of a bag; accepted: its folder, {place.parent}')
     kept = place.with_name(f'{place.name}.cut')
     if kept.exists():
         raise KhrError(f'{kept}: exists; accepted: a bag that has not been recovered before')
@@ -52,14 +68,14 @@ def recover(bag: Path) -> Recovered | None:
         new = Path(folder) / place.name
         messages, end_ns = _rewrite(bag, place, new)
         place.rename(kept)
-        shutil.move(new, place)
+        shutil.move(new / f'{new.name}.mcap' if alone else new, place)
     return Recovered(place, messages, end_ns / 1e9, kept)
 
 
 def _is_whole(place: Path) -> bool:
     try:
         with Reader(place):
-            return all(is_indexed(file) for file in place.glob('*.mcap'))
+            return all(is_indexed(file) for file in files_of(place) if file.suffix == '.mcap')
     except Exception:  # a damaged bag fails in many ways inside the reader
         return False
 
@@ -71,7 +87,9 @@ def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int]:
         with opened(place, salvage=True) as storage:
             for each in storage.connections:
                 if each.topic not in recording.counts:
-                    recording.add_topic(each.topic, each.msgtype, _latched(each.ext))
+                    recording.add_topic(
+                        each.topic, each.msgtype, _latched(each.ext), _definition(each)
+                    )
             for connection, time_ns, data in storage.messages(storage.connections):
                 recording.write(connection.topic, data, time_ns)
                 end_ns = max(end_ns, time_ns)
@@ -87,6 +105,12 @@ def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int]:
         raise KhrError(f'{bag}: no whole message in it; accepted: a bag with some')
     recording.close()
     return count, end_ns
+
+
+def _definition(connection: Connection) -> Definition:
+    """Return the type of a connection, with the text that the bag itself holds, if any."""
+    text = connection.msgdef
+    return Definition(ENCODINGS[text.format], text.data, connection.digest)
 
 
 def _latched(details: object) -> bool:

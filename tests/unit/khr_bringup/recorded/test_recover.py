@@ -7,12 +7,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
+from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import FLUSH_PERIOD, Recording
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.recover import recover
 from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, TYPES
+from tests.fakes.recordings import IMU, tone, write, write_mcap
 
 PERIOD = 15_000_000
 COUNT = 300  # messages, 4.5 s
@@ -102,6 +104,56 @@ def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share)
         return
     found = times(run / 'bag')
     assert found == [number * PERIOD for number in range(len(found))]
+
+
+# ---- recordings of others ----
+
+
+def is_recovered(bag, file, kind):
+    """Cut a file in its middle, recover the bag, and compare all that it holds of a type."""
+    before = held(file, kind)
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    found = recover(bag)
+    kept = held(bag, kind)
+    assert len(before) // 4 < len(kept) < len(before)
+    assert kept == before[: len(kept)]
+    assert recover(bag) is None, 'it is whole now'
+    return found
+
+
+def held(bag, kind):
+    """Return topic, definition, hash, time and bytes of the messages of a type."""
+    with Reader(bag) as reader:
+        return [
+            (connection.topic, connection.msgdef, connection.digest, time_ns, bytes(data))
+            for connection, time_ns, data in reader.messages()
+            if connection.msgtype == kind
+        ]
+
+
+@pytest.mark.parametrize('definition', [True, False])
+def test_messages_of_a_drivers_own_type_are_kept_with_its_definition(tmp_path, definition):
+    kind, options = 'driver_msgs/msg/Reading', {'definition': definition, 'chunk_size': 2000}
+    (tmp_path / 'bag').mkdir()
+    file = write_mcap(tmp_path / 'bag/bag_0.mcap', tone(7.0, 50.0), kind=kind, **options)
+    is_recovered(tmp_path / 'bag', file, kind)
+
+
+def test_a_file_is_recovered_to_a_file(tmp_path):
+    file = write_mcap(tmp_path / 'any.mcap', tone(7.0, 50.0), chunk_size=2000)
+    found = is_recovered(file, file, IMU)
+    assert (found.bag, found.kept) == (file, tmp_path / 'any.mcap.cut')
+    assert sorted(each.name for each in tmp_path.iterdir()) == ['any.mcap', 'any.mcap.cut']
+
+
+def test_a_file_with_metadata_beside_it_is_recovered_with_its_folder(tmp_path):
+    bag = write(tmp_path / 'bag', tone(7.0, 50.0))
+    file = bag / 'bag.mcap'
+    assert recover(file) is None
+    file.write_bytes(file.read_bytes()[:-9])
+    with pytest.raises(KhrError, match=rf'a file of a bag; accepted: its folder, {bag}$'):
+        recover(file)
 
 
 @pytest.mark.parametrize('name', ['', 'bag'])

@@ -132,7 +132,7 @@ def verify_bag(
 
 
 def recover_bag(
-    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of a run.')],
+    bag: Annotated[Path, typer.Argument(help='A bag, an MCAP file, or the folder of a run.')],
 ) -> None:
     """Repair the bag of a recorder that was killed; the damaged file is kept."""
     from khr_bringup.recorded.recover import recover
