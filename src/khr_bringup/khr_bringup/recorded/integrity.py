@@ -7,7 +7,7 @@ from typing import Any
 from zlib import crc32
 
 import yaml
-from mcap.records import DataEnd, Footer, McapRecord
+from mcap.records import DataEnd, Footer, Header, McapRecord
 from mcap.records import Metadata as MetadataRecord
 from mcap.stream_reader import CRCValidationError, StreamReader
 
@@ -16,6 +16,8 @@ from khr_bringup.recorded.storage import METADATA, files_of
 from khr_common.errors import KhrError
 
 ACCEPTED = 'accepted: a bag as its recorder left it'
+UNCHECKED = 'no checksums ({}): only its numbers are compared'
+LIBRARY = 'mcap-python/'  # by which khr writes its bags
 _AFTER_SUMMARY = 12  # bytes: the checksum of the summary, and the magic of MCAP
 Records = dict[type[McapRecord], McapRecord]
 
@@ -27,7 +29,8 @@ def check_bag(place: Path) -> str:
         place: a rosbag2 folder, or one of its files.
 
     Returns:
-        Why it has no checksums, if another tool wrote it; else nothing.
+        What could not be checked and why, of a bag that another tool wrote or that has no
+        metadata beside it; else nothing.
 
     Raises:
         KhrError: if a file is not as it was written, or the metadata beside it say other
@@ -35,13 +38,15 @@ def check_bag(place: Path) -> str:
     """
     files = files_of(place)
     if [each.suffix for each in files] != ['.mcap']:
-        return 'split, compressed or SQLite'
+        return UNCHECKED.format('split, compressed or SQLite')
     (file,) = files
     try:
         records = _read(file)
         if not records:
-            return 'written by another tool'
+            return UNCHECKED.format('written by another tool')
         if place.is_dir():
+            if not (place / METADATA).exists():
+                return f'{METADATA} is missing: only the checksums and numbers are compared'
             _check_metadata(place / METADATA, file, records)
     except OSError as error:
         raise KhrError(f'{place}: {error.strerror or error}; {ACCEPTED}') from error
@@ -56,8 +61,6 @@ def _check_metadata(beside: Path, file: Path, records: Records) -> None:
     try:
         found = yaml.load(beside.read_bytes(), yaml.CSafeLoader)[INFORMATION]
         differing = [key for key in own if found.get(key) != own[key]]
-    except FileNotFoundError as error:
-        raise KhrError(f'{beside}: not there; {ACCEPTED}') from error
     except (
         yaml.YAMLError,
         UnicodeError,
@@ -77,10 +80,10 @@ def _read(file: Path) -> Records:
     """Return the last record of each kind, of a file that is as it was written.
 
     Returns:
-        The records; none if the file was written without checksums.
+        The records; none if another tool wrote the file, without a checksum of all messages.
 
     Raises:
-        KhrError: if it is cut or changed by its checksums, or has none.
+        KhrError: if it is cut or changed by its checksums, or lacks one that its writer gives.
     """
     size = file.stat().st_size
     records: Records = {}
@@ -96,12 +99,28 @@ def _read(file: Path) -> Records:
             raise
         except Exception as error:  # a damaged file fails in many ways inside the reader
             raise KhrError(f'{file}: cut or damaged; {ACCEPTED}') from error
-        if not (end.data_section_crc or footer.summary_crc):
+        # rosbag2, and the mcap library by itself, give none of all messages
+        missing = not end.data_section_crc and _is_of_khr(records)
+        if missing or (end.data_section_crc and not footer.summary_crc):
+            raise KhrError(f'{file}: a checksum is missing; {ACCEPTED}')
+        if not footer.summary_crc:
             return {}
-        if not (end.data_section_crc and footer.summary_crc):
-            raise KhrError(f'{file}: one of two checksums is missing; {ACCEPTED}')
         stream.seek(footer.summary_start)  # the reader checks all but the summary
         summary = stream.read(max(0, size - footer.summary_start - _AFTER_SUMMARY))
     if crc32(summary) != footer.summary_crc:
         raise KhrError(f'{file}: summary changed, by its checksum; {ACCEPTED}')
-    return records
+    return records if end.data_section_crc else {}
+
+
+def _is_of_khr(records: Records) -> bool:
+    """Return whether the recorder of khr wrote a file.
+
+    It alone writes the metadata of rosbag2 by the mcap library of Python.
+    """
+    header, inside = records.get(Header), records.get(MetadataRecord)
+    return (
+        isinstance(header, Header)
+        and header.library.startswith(LIBRARY)
+        and isinstance(inside, MetadataRecord)
+        and METADATA_KEY in inside.metadata
+    )

@@ -74,7 +74,7 @@ def verify(bag: Path, namespace: str = '') -> int:
     unchecked = check_bag(place)
     recorded = read_recorded(bag, namespace)
     if unchecked:
-        print(f'no checksums ({unchecked}): only its numbers are compared')
+        print(unchecked)
     print(
         f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
         f'ended by {recorded.end}'
