@@ -25,7 +25,7 @@ from khr_report.run.page import report
 from khr_studies.peak_origin.recorded import peaks_of_recording
 from khr_view.charts.charts import charts
 from khr_view.model.recorded import Timeline
-from tests.fakes.recordings import JAZZY, as_humble, as_iron, rewritten, tone, write
+from tests.fakes.recordings import JAZZY, as_humble, as_iron, rewritten, tone, write, write_mcap
 from tests.support import runs
 
 SIMPLE = [
@@ -163,6 +163,22 @@ def test_each_robot_is_read_as_if_alone(run, robots):
     assert verify(robots, 'a') == 0
     with pytest.raises(KhrError, match='no signals in namespace c; accepted'):
         khr.load(robots, namespace='c')
+
+
+def test_the_motion_of_one_of_two_robots_is_exported(robots, tmp_path):
+    asked = [
+        'export',
+        str(next(robots.glob('*.mcap'))),
+        '--motion',
+        '--out',
+        str(tmp_path / 'm.csv'),
+    ]
+    for namespace, says in (('', 'several robots; accepted: /a, /b'), ('c', 'in namespace c')):
+        done = CliRunner().invoke(app(), [*asked, '--namespace', namespace])
+        assert says in str(done.exception)
+    done = CliRunner().invoke(app(), [*asked, '--namespace', 'a'])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / 'm.csv').read_text().startswith('time_s,')
 
 
 @pytest.mark.parametrize('verb', ['view', 'film'])

@@ -333,7 +333,8 @@ def test_gains_and_engine_have_options_and_last_is_the_newest_run(monkeypatch, c
     assert (tmp_path / 'charts.pdf').read_bytes().startswith(b'%PDF')
     assert real('report', 'last', '--against', 'last', '--out', 'both.pdf') == 2
     assert not (tmp_path / 'both.pdf').exists()
-    for of in ('last', 'stand_0deg'):
-        assert real('export', of, '--motion', '--out', f'{of}.csv') == 0
-    frames = [(tmp_path / f'{of}.csv').read_text() for of in ('last', 'stand_0deg')]
-    assert frames[0] == frames[1] and frames[0].startswith('time_s,com_x_m')
+    sources = {'a': 'last', 'b': 'stand_0deg', 'c': folder / 'bag' / 'bag.mcap'}
+    for name, of in sources.items():
+        assert real('export', str(of), '--motion', '--out', f'{name}.csv') == 0
+    frames = [(tmp_path / f'{name}.csv').read_text() for name in sources]
+    assert frames[0] == frames[1] == frames[2] and frames[0].startswith('time_s,com_x_m')

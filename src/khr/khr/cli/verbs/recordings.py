@@ -107,6 +107,11 @@ def report(
             raise KhrError(
                 f'--out: {str(out)!r} is not accepted with --against; accepted: a name in .html'
             )
+        if topic or axis:
+            raise KhrError(
+                f'{"--topic" if topic else "--axis"}: not accepted with --out {str(out)!r}, the '
+                'charts of a khr run; accepted: --out with a name in .html'
+            )
         draw_run(recording_named(str(run)), out, namespace)
         print(out)
         return
@@ -166,7 +171,7 @@ def export(
 ) -> None:
     """Write joints, pose, forces, corrections and balance of a run over time as CSV or Parquet."""
     if motion:
-        _export_motion(str(run), out)
+        _export_motion(str(run), out, namespace)
         return
     import pyarrow
     import pyarrow.csv
@@ -189,14 +194,18 @@ def export(
     print(file)
 
 
-def _export_motion(run: str, out: Path | None) -> None:
+def _export_motion(run: str, out: Path | None, namespace: str = '') -> None:
     """Write the key frames of a scenario or run, and print how a scenario names them."""
     from khr.runs import load
+    from khr_bringup.recorded.storage import is_recording
     from khr_bringup.scenario.motion_file import write_motion
     from khr_bringup.scenario.scenario import load_scenario
 
     folder = run_named(run)
-    scenario = load(folder).scenario if folder.is_dir() else load_scenario(run)
+    recorded = folder.is_dir() or is_recording(folder)
+    if namespace and not recorded:
+        raise KhrError(f'--namespace: {run} has no bag; accepted: the bag of several robots')
+    scenario = load(folder, namespace=namespace).scenario if recorded else load_scenario(run)
     file = out or Path(f'{folder.name.removesuffix(".yaml")}.csv')
     settings = write_motion(scenario.table(GaitParameters), file)
     print(file)
