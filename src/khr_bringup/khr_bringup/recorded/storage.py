@@ -218,5 +218,6 @@ def _is_whole(file: Path) -> bool:
 
 def _part_number(file: Path) -> tuple[int, str]:
     """Return the number of a part of a split recording, which is behind its name."""
-    number = file.name.partition('.')[0].rpartition('_')[2]
-    return int(number) if number.isdigit() else -1, file.name
+    # the name itself may have dots
+    number = Path(file.name.removesuffix('.zstd')).stem.rpartition('_')[2]
+    return int(number) if number.isdecimal() else -1, file.name

@@ -8,6 +8,7 @@ from mcap.writer import CompressionType, IndexType
 
 from khr_analysis.recorded_spectrum import recorded_spectrum
 from khr_bringup.recorded.channel import read_channel, topics_in
+from khr_bringup.recorded.storage import files_of
 from khr_common.errors import KhrError
 from tests.fakes.recordings import (
     EPOCH,
@@ -97,6 +98,14 @@ def test_a_split_recording_is_read_in_its_order(tmp_path, plugin, compressed):
     is_tone(bag)
     (bag / 'metadata.yaml').unlink()
     assert '120 samples, 20 Hz' in is_tone(bag)
+
+
+@pytest.mark.parametrize('ending', ['.mcap', '.db3', '.mcap.zstd'])
+def test_parts_are_in_order_whatever_dots_their_name_has(tmp_path, ending):
+    names = [f'walk_8.88deg_{number}{ending}' for number in range(12)]
+    for name in sorted(names):
+        (tmp_path / name).touch()
+    assert [each.name for each in files_of(tmp_path)] == names
 
 
 def test_a_recording_of_humble_without_types_is_read(tmp_path):
