@@ -39,7 +39,9 @@ def _imu(message: Any) -> Rows:
 
 
 def _joints(message: Any) -> Rows:
-    positions = message.position if len(message.position) else [nan] * len(message.name)
+    # a message with more or fewer positions than names does not say whose they are
+    whole = len(message.position) == len(message.name)
+    positions = message.position if whole else [nan] * len(message.name)
     return [(str(name), float(value)) for name, value in zip(message.name, positions, strict=True)]
 
 

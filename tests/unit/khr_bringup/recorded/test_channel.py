@@ -3,6 +3,7 @@
 import math
 import random
 
+import numpy as np
 import pytest
 from mcap.writer import CompressionType, IndexType
 
@@ -131,6 +132,15 @@ def test_every_type_is_read_in_its_unit(tmp_path, kind):
     bag = write(tmp_path / 'bag', tone(7.0, 50.0, kind=kind), topic='/some/thing')
     is_tone(bag, amplitude=amplitude, topic='/some/thing')
     assert read_channel(bag, 'some/thing').quantity.unit == unit
+
+
+@pytest.mark.parametrize('positions', [[1.0], [1.0, 1.0, 1.0]])
+def test_a_message_of_joints_with_other_positions_than_names_is_left_out(tmp_path, positions):
+    made = tone(7.0, 50.0, kind='JointState')
+    made[99][1].position = np.array(positions)
+    bag = write(tmp_path / 'bag', made, topic='/joint_states')
+    notes = is_tone(bag, amplitude=1.0, topic='/joint_states', axis='knee')
+    assert '1 sample left out: not finite' in notes
 
 
 @pytest.mark.parametrize('rate', [6.5, 40.0, 66.6667, 100.0, 333.3, 1000.0])
