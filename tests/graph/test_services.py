@@ -56,6 +56,17 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
     assert min(after) < -10 * before, 'a push from the front makes it lean backward'
 
 
+def test_a_run_whose_pace_is_taken_off_goes_on_to_its_end(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background(
+        *('run', 'stand_0deg', '--out', folder, '--duration', '4', '--set', 'simulator.pace=0.2')
+    )
+    changed = khr('set', 'simulator', 'pace', '0.0', '--domain', wait_until_running(folder))
+    assert changed.code == 0, changed.err
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+
+
 def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
     folder = tmp_path / 'run'
     process = in_background(

@@ -94,6 +94,8 @@ class SimulatorNode(KhrNode):
         """Apply changed parameters from the next control period on."""
         self.plant.configure(list(parameters.of_robots().values()))
         self._metronome.configure(parameters)
+        if self._in_lockstep:
+            self._pump()  # without a pace nothing else asks for the period that the pace held back
 
     @property
     def answered_ns(self) -> int:
