@@ -44,10 +44,16 @@ class Gait:
 
         Raises:
             GaitError: if a leg is too short, or a joint exceeds its range or the speed of its
-                servo; the message names the joint (or leg) and the time.
+                servo; the message names the joint (or leg) and the time. Also if the motion has
+                no duration.
         """
         self.parameters = parameters
         plan = plan_motion(parameters)
+        if not plan.duration:
+            raise GaitError(
+                'gait: start_delay and end_pause: 0 s of standing is not accepted; accepted: a sum '
+                'above 0 s'
+            )
         self.duration = plan.duration
         self._cycles = plan.cycles
         count = max(2, round(self.duration / _GRID) + 1)
@@ -101,7 +107,8 @@ def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> 
     """Return the (N, 17) angles of a plan."""
     if isinstance(plan, Plan):
         return solve(_arms(parameters), plan, time, plan.torso_height(time))
-    standing = replace(parameters, motion='stand')
+    # with a pause of its own, because those of the motion may both be 0
+    standing = replace(parameters, motion='stand', end_pause=1.0)
     angles = np.tile(gait_of(standing).reference(0.0), (len(time), 1))
     for joint, path in plan.angles.items():
         angles[:, joints.INDEX[joint]] = path(time)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance import joints
+from khr_balance.errors import GaitError
 from khr_balance.gaits.body import HEEL_X, TOE_X, forward
 from khr_balance.gaits.gait import Gait, gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -44,6 +45,12 @@ def test_timing_is_that_of_the_slow_walk(walk):
     assert walk.duration == pytest.approx(1.0 + 5 * 2.31 + 1.0)
     assert walk.cycle(1)[0] == pytest.approx(1.0 + 2.31 / 2.0)
     assert walk.cycle(3) == pytest.approx((1.0 + 2.5 * 2.31, 1.0 + 3.5 * 2.31))
+
+
+@pytest.mark.parametrize('motion', ['stand', 'guard'])
+def test_a_motion_without_duration_is_refused(motion):
+    with pytest.raises(GaitError, match=r'start_delay and end_pause: 0 s of standing'):
+        gait(motion=motion, start_delay=0.0, end_pause=0.0)
 
 
 def test_begins_and_ends_in_the_same_symmetric_stance(walk):

@@ -33,6 +33,13 @@ def test_joints_follow_their_keys_after_the_start_and_others_keep_the_stance():
     assert motion.reference(1.5)[INDEX['r_knee']] == pytest.approx(standing[INDEX['r_knee']])
 
 
+def test_a_motion_of_joints_needs_no_pauses():
+    motion = gait(KNEE, start_delay=0.0, end_pause=0.0)
+    assert motion.duration == 2.0
+    paused = gait(KNEE)
+    assert motion.reference(1.0) == pytest.approx(paused.reference(2.0), abs=1e-9)
+
+
 def test_a_part_is_played_as_often_as_the_parameter_cycles_says():
     motion = gait(KNEE, repeat=[0.0, 2.0], cycles=3, start_delay=1.0)
     assert motion.duration == 1.0 + 3 * 2.0 + 1.0
