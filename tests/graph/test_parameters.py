@@ -70,12 +70,42 @@ def test_what_would_fail_later_is_refused_when_it_is_set(nodes, values, reason):
     assert nodes['simulator'].parameters == before
 
 
+@pytest.mark.parametrize(
+    ('values', 'reason'),
+    [
+        ({'hip_height': 0.13}, 'left leg'),
+        ({'motion': 'stand', 'start_delay': 0.0, 'end_pause': 0.0}, 'a sum above 0 s'),
+    ],
+)
+def test_a_motion_that_the_robot_cannot_do_is_refused_and_the_run_goes_on(nodes, values, reason):
+    """Each value is within its range: only the plan of the motion shows what is wrong."""
+    gait = nodes['gait']
+    before = gait.parameters
+    result = change(gait, **values)
+    assert not result.successful and reason in result.reason and '\n' not in result.reason
+    assert gait.parameters == before and gait.failure is None
+    assert change(gait, hip_height=before.hip_height - 0.001).successful
+    assert change(gait, hip_height=before.hip_height).successful
+
+
+def test_a_push_before_the_start_is_refused_and_not_published(nodes):
+    from geometry_msgs.msg import WrenchStamped
+
+    from khr_common.run_identity import MalformedError
+
+    simulator, push = nodes['simulator'], WrenchStamped()
+    push.header.frame_id = 'odom'
+    with pytest.raises(MalformedError, match='before the start of the run'):
+        simulator._on_push(0, push)
+
+
 def test_a_parameter_that_is_fixed_during_a_run_is_read_only_for_ros(nodes):
     """The descriptor is ROS's own, as ``ros2 param describe`` shows it."""
     gyro = nodes['gyro']
     assert gyro.describe_parameter('seed').read_only
     assert not gyro.describe_parameter('noise').read_only
     assert nodes['simulator'].describe_parameter('answers').read_only
+    assert nodes['simulator'].describe_parameter('initial_tilt_deg').read_only  # of the start
     assert 'read-only' in change(gyro, seed=5).reason
     assert gyro.parameters.seed == gyro.get_parameter('seed').value == 0
 

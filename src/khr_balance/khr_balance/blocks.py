@@ -23,6 +23,10 @@ class GaitBlock(Block[GaitParameters]):
         super().__init__(parameters)
         self.gait = gait_of(parameters)
 
+    def check(self, parameters: GaitParameters) -> None:
+        """Plan the motion before the parameters are accepted; raises GaitError."""
+        gait_of(parameters)
+
     def configure(self, parameters: GaitParameters) -> None:
         """Plan the motion again with changed parameters."""
         super().configure(parameters)

@@ -34,6 +34,13 @@ class Block(ABC, Generic[Table]):
     def __init__(self, parameters: Table) -> None:
         self.parameters = parameters
 
+    def check(self, parameters: Table) -> None:
+        """Refuse changed parameters that :meth:`configure` could not use; by default none.
+
+        Raises:
+            KhrError: in one line, which answers the one who sets them.
+        """
+
     def configure(self, parameters: Table) -> None:
         """Use changed parameters from the next sample on; keep the state."""
         self.parameters = parameters

@@ -26,8 +26,8 @@ class SimulatorParameters:
     """The parameter table of the simulator.
 
     Raises:
-        ParameterError: if the board does not have the control period, or if it is no multiple of
-            the physics step.
+        ParameterError: if the board does not have the control period, if it is no multiple of
+            the physics step, or if the contact time is below two of these steps.
     """
 
     inclination_deg: float = parameter(
@@ -160,6 +160,7 @@ class SimulatorParameters:
         0.0,
         'Standard deviation of the initial error in pitch and roll of the robot.',
         '[0, 5] deg',
+        read_only=True,
     )
     zero_error_deg: float = parameter(
         0.0,
@@ -182,6 +183,11 @@ class SimulatorParameters:
                 f'physics_step: {self.physics_step!r} is not accepted; accepted: '
                 f'whole nanoseconds, a whole fraction of the control '
                 f'period, {self.control_period} s'
+            )
+        if self.contact_time < 2.0 * self.physics_step:  # MuJoCo would clamp it silently
+            raise ParameterError(
+                f'contact_time: {self.contact_time:g} is not accepted; accepted: at least two '
+                f'physics steps, {2.0 * self.physics_step:g} s'
             )
 
     @property

@@ -30,6 +30,8 @@ from khr_common.published import NO_LOAD_SPEED
 LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
 SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
+# by direction and foot: the shape, and the angles of the closing
+Steps = dict[tuple[int, str], tuple[StepShape, Array]]
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
 
@@ -50,8 +52,7 @@ class Recovery(Block[RecoveryParameters]):
         self._estimator = CaptureEstimator(parameters)
         self._stance: Stance | None = None
         self._here: Stance | None = None  # of the last sample of a motion
-        # by direction and foot: the shape, and the angles of the closing
-        self._steps: dict[tuple[int, str], tuple[StepShape, Array]] = {}
+        self._steps: Steps = {}
         self._step: Step | None = None
         self._phase = Phase.WAITING
         self._target: Sequence[float] = ()  # 17 angles, rad
@@ -60,12 +61,17 @@ class Recovery(Block[RecoveryParameters]):
         self._com_at_rest = 0.0
         self._fastest = [0.0, 0.0]  # rate of a fall so far, forward and backward, rad/s
 
+    def check(self, parameters: RecoveryParameters) -> None:
+        """Plan the steps before the parameters are accepted; raises GaitError."""
+        if self._stance is not None:
+            _plan(self._stance, parameters)
+
     def configure(self, parameters: RecoveryParameters) -> None:
         """Use changed parameters from the next sample on; a step goes on as it began."""
         super().configure(parameters)
         self._estimator.configure(parameters)
         if self._stance is not None:
-            self._plan(self._stance)
+            self._steps = _plan(self._stance, parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Return the correction of both legs, rad, and the numbers of the state.
@@ -78,7 +84,7 @@ class Recovery(Block[RecoveryParameters]):
         forces = [signals[topic][2] for topic in FOOT_FORCES]
         if self._stance is None:
             self._stance = Stance(reference)
-            self._plan(self._stance)
+            self._steps = _plan(self._stance, own)
         stance = self._stance
         moving = any(
             abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
@@ -115,14 +121,6 @@ class Recovery(Block[RecoveryParameters]):
     @property
     def _acts(self) -> bool:
         return self._phase is not Phase.WAITING
-
-    def _plan(self, stance: Stance) -> None:
-        own = self.parameters
-        for direction in (FORWARD, BACKWARD):
-            shape = StepShape.of(own, direction)
-            for foot in SIDES:
-                closing = closing_angles(stance, foot, shape, own)
-                self._steps[direction, foot] = shape, closing
 
     def _decide(self, stance: Stance, estimate: Estimate) -> None:
         """Begin a step if the capture point and the pitch rate are beyond their thresholds.
@@ -214,6 +212,16 @@ class Recovery(Block[RecoveryParameters]):
             return standing, 1.0
         share = minimum_jerk(self._returned)
         return blended(self._held, standing, share), share
+
+
+def _plan(stance: Stance, parameters: RecoveryParameters) -> Steps:
+    """Plan the steps of both feet in both directions; raises GaitError if a leg is too short."""
+    shapes = {each: StepShape.of(parameters, each) for each in (FORWARD, BACKWARD)}
+    return {
+        (direction, foot): (shape, closing_angles(stance, foot, shape, parameters))
+        for direction, shape in shapes.items()
+        for foot in SIDES
+    }
 
 
 def _sum(reference: Sequence[float], signals: Signals) -> list[float]:

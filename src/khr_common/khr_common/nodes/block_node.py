@@ -31,6 +31,10 @@ class BlockNode(KhrNode):
         for topic in spec.subscribes:
             self.subscribe_numbers(topic, self._on_numbers)
 
+    def check(self, parameters: Any) -> None:
+        """Let the block refuse changed parameters."""
+        self._block.check(parameters)
+
     def configure(self, parameters: Any) -> None:
         """Pass changed parameters to the block; answer the samples that they make complete."""
         try:

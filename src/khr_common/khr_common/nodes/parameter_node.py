@@ -10,6 +10,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from khr_common.errors import KhrError
 from khr_common.nodes.ros_parameters import describe, plain
 from khr_common.parameter_files import check_blocks, files_in, read_blocks
 from khr_common.parameters import ParameterError, Specification, build, check, specifications
@@ -43,6 +44,9 @@ class ParameterNode(Node):  # type: ignore[misc]
         self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
+
+    def check(self, parameters: Any) -> None:
+        """Refuse changed parameters by a KhrError of one line; by default none is refused."""
 
     def on_changes(self, changes: dict[str, Any]) -> None:
         """Take the new values of parameters, by name; ``parameters`` has them already."""
@@ -82,8 +86,8 @@ class ParameterNode(Node):  # type: ignore[misc]
         own = specifications(self.table)
         try:
             changes = {p.name: plain(p.value) for p in parameters if p.name in own}
-            self._build(changes)
-        except ParameterError as error:
+            self.check(self._build(changes))
+        except KhrError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 

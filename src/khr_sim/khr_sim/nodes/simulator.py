@@ -210,6 +210,8 @@ class SimulatorNode(KhrNode):
 
     def _on_push(self, number: int, message: WrenchStamped) -> None:
         robot = self._robots[number]
+        if not self._started:  # the start of the world would drop it
+            raise MalformedError('a push before the start of the run')
         try:
             push = read_push(message, self.parameters, self.now_ns, robot)
             self.plant.world.push(push, number)

@@ -332,6 +332,7 @@ def test_what_is_fixed_for_a_run_stays(world_with, name, value):
         ({'control_period': 0.012}, '0.015'),
         ({'physics_step': 0.0007}, '0.015'),
         ({'physics_step': 0.015 / 17}, 'nanoseconds'),
+        ({'contact_time': 0.0015}, 'at least two physics steps, 0.002 s'),
         ({'inclination_deg': 31.0}, '[-30, 30] deg'),
         ({'surface': 'ice'}, 'rubber'),
     ],
