@@ -13,7 +13,7 @@ from khr_balance.board_units import rate_gain
 from khr_common import parameter
 from khr_common.block import Block, Numbers, Signals
 from khr_common.errors import KhrError
-from khr_common.interfaces import STAGE, Topic
+from khr_common.interfaces import GYRO, STAGE, Topic
 from khr_common.published import GAIT_FREQUENCY
 
 
@@ -144,6 +144,12 @@ class BalanceController(FeedbackController[BalanceTable]):
     def __init__(self, parameters: BalanceTable) -> None:
         super().__init__(parameters)
         self._rates: deque[float] = deque(maxlen=parameters.rate_delay + 1)
+
+    def configure(self, parameters: BalanceTable) -> None:
+        """Use changed parameters; a law that pauses forgets its rates."""
+        super().configure(parameters)
+        if not (parameters.enabled and GYRO in self.senses()):
+            self._rates.clear()
 
     def senses(self) -> tuple[Topic, ...]:
         """Return the sensor topics that the law uses with the present parameters."""

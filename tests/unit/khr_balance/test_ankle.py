@@ -121,6 +121,19 @@ def test_source_changes_at_runtime():
     assert corrected(controller, **sensed) != by_rate
 
 
+@pytest.mark.parametrize('paused', [replace(GYRO, enabled=False), FORCE])
+def test_no_rate_from_before_a_pause_acts_after_it(paused):
+    sensed = {'rate': 1.0, 'forces': (0.0, 0.0, 0.0, 0.0)}
+    own = replace(GYRO, rate_delay=2)
+    controller = AnkleController(own)
+    for _ in range(3):
+        corrected(controller, **sensed)
+    controller.configure(replace(paused, rate_delay=2))
+    corrected(controller, **sensed)
+    controller.configure(own)
+    assert corrected(controller, rate=-0.5) == corrected(AnkleController(own), rate=-0.5)
+
+
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 20.0), st.floats(-5.0, 5.0))
 def test_an_offset_behind_the_amplifier_leans_whatever_the_gain(rate, gain, lean_deg):
     own = replace(GYRO, gain=gain, reference_offset=0.0, limit_deg=60.0)
