@@ -137,15 +137,24 @@ class Body:
     def apply_pushes(self, step: int) -> None:
         """Apply the pushes that act in a physics step."""
         for push in self.pushes:
-            start = round(push.start / self.parameters.physics_step)
-            steps = max(1, round(push.duration / self.parameters.physics_step))
-            if not start <= step < start + steps:
+            if step not in self._steps(push):
                 continue
             link, origin, rotation = self._pose(push.link)
             force = np.array(push.force)
             if push.frame != 'odom':
                 force = applied(rotation, force)
             self._view.push(link, force, origin + applied(rotation, push.point))
+
+    def drop_ended_pushes(self, step: int) -> None:
+        """Drop the pushes that have ended by a physics step: with any, the world steps singly."""
+        if self.pushes:
+            self.pushes = [push for push in self.pushes if step < self._steps(push).stop]
+
+    def _steps(self, push: Push) -> range:
+        """Return the physics steps in which a push acts, at least one."""
+        start = round(push.start / self.parameters.physics_step)
+        steps = max(1, round(push.duration / self.parameters.physics_step))
+        return range(start, start + steps)
 
     def observe(self, step: int, stamp_ns: int, inclination: float) -> GroundTruth:
         """Return the state at the end of a control period, and begin the next one."""

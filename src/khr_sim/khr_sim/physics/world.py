@@ -95,6 +95,8 @@ class World:
         """
         own = [body.commands(target) for body, target in zip(self.bodies, targets, strict=True)]
         commands = own[0] if len(own) == 1 else np.concatenate(own, axis=1)
+        for body in self.bodies:
+            body.drop_ended_pushes(self._step)
         pushed = [body for body in self.bodies if body.pushes]
         rows = 1 if pushed or self._tilting else len(commands)
         for first in range(0, len(commands), rows):

@@ -91,6 +91,7 @@ def test_a_push_lasts_its_duration(world, duration):
         truth = world.advance(STANCE)
     momentum, _, _ = momenta(world.robot, truth)
     assert momentum[1] == pytest.approx(2.0 * duration, rel=1e-3)
+    assert not world.bodies[0].pushes  # with any, the world steps one by one
 
 
 def test_an_unknown_link_is_refused_with_those_there_are(world):
