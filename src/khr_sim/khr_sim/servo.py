@@ -182,14 +182,16 @@ class Servos:
         self.configure(parameters)
 
     def reset(self, command: Array, torque: Array) -> Array:
-        """Set the state to static equilibrium under a load.
+        """Set the state to static equilibrium under a load, the backlash left out.
+
+        The gear is wound up from the middle of its play, so it lacks the torque of half the play.
 
         Args:
             command: angles commanded by the board, rad, (17,).
             torque: load on each servo, N m, (17,).
 
         Returns:
-            The joint angles in equilibrium, rad, (17,).
+            The joint angles in equilibrium without play, rad, (17,).
         """
         stiffness, gear = self.table[STIFFNESS], self.table[GEAR]
         held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)

@@ -1,7 +1,8 @@
 """Static equilibrium of the standing robot: holding torques of the joints.
 
-The compliant servos sag under these torques. A run starts from this equilibrium: with unloaded
-servos the robot would drop at the start and swing by twice the sag.
+The compliant servos sag under these torques. A run starts from this equilibrium, but for the
+backlash (see :meth:`khr_sim.servo.Servos.reset`): with unloaded servos the robot would drop at
+the start and swing by twice the sag.
 """
 
 from __future__ import annotations
