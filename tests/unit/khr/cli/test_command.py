@@ -84,6 +84,38 @@ def test_lines_look_at_the_folder_of_their_page_before_they_run_anything(
     assert code == 2 and err.startswith('khr: --out: ') and err.count('\n') == 1
 
 
+@pytest.mark.parametrize(('option', 'value'), [('--ka', '-1'), ('--ka', 'nan'), ('--kh', '-12')])
+def test_a_gain_that_is_none_does_not_switch_the_control_off(
+    monkeypatch, capsys, tmp_path, option, value
+):
+    monkeypatch.chdir(tmp_path)
+    for verb in (['run', '--offline'], ['view', '--no-browser']):
+        code, _, err = khr(monkeypatch, capsys, verb[0], 'walk_0deg', *verb[1:], option, value)
+        assert code == 2 and 'controller: gain: ' in err and err.count('\n') == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['--ka', '12'],
+        ['--kh', '0'],
+        ['--set', 'gait.cycles=3'],
+        ['--robot', 'leaning'],
+        ['--engine', 'mujoco'],
+        ['--duration', '3'],
+        ['--pace', '2'],
+        ['--no-record'],
+        ['--out', 'there'],
+        ['--domain', '7'],
+    ],
+)
+def test_an_option_of_a_run_is_refused_with_a_recording(monkeypatch, capsys, tmp_path, words):
+    code, _, err = khr(monkeypatch, capsys, 'view', tmp_path, '--no-browser', *words)
+    said = f'khr: {words[0]}: not accepted with a recording; accepted: a scenario\n'
+    assert (code, err) == (2, said)
+
+
 def test_a_run_of_nothing_lists_the_scenarios(monkeypatch, capsys):
     code, out, err = khr(monkeypatch, capsys, 'run')
     assert code == 2 and 'walk_7.68deg_ka12' in out

@@ -53,7 +53,7 @@ def start_bout(
         raise KhrError('bout: no bout given; accepted: one of these, or a bout file')
     of_page = [('--view', view, 'no topics to look at')]
     refuse_offline(offline, one_process, domain, network, of_page)
-    settings = [*(set_ or []), *([f'simulator.engine={engine}'] if engine else [])]
+    settings = [*(set_ or []), *([f'simulator.engine={engine}'] if engine is not None else [])]
     chosen = load_bout(bout)
     chosen = chosen.set_to(settings) if settings else chosen
     if print_ros2:

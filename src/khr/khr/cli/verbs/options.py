@@ -149,9 +149,9 @@ def settings_of(
     found = [*(texts or [])]
     for node, gain in (('ankle_controller', ka), ('hip_controller', kh)):
         if gain is not None:
-            on = gain > 0.0
+            on = gain != 0.0  # the parameter refuses what is no gain
             found += [f'{node}.gain={gain!r}'] * on + [f'{node}.enabled={str(on).lower()}']
-    return found + ([f'simulator.engine={engine}'] if engine else [])
+    return found + ([f'simulator.engine={engine}'] if engine is not None else [])
 
 
 def run_named(name: str) -> Path:

@@ -197,6 +197,20 @@ def view(
 
     source = str(recording_named(source))
     if against is not None or Path(source).is_dir() or is_recording(Path(source)):
+        for option, stated in (
+            ('--ka', ka is not None),
+            ('--kh', kh is not None),
+            ('--set', bool(set_)),
+            ('--robot', bool(robot)),
+            ('--engine', engine is not None),
+            ('--duration', duration != 0.0),
+            ('--pace', pace != 1.0),
+            ('--no-record', not record),
+            ('--out', out is not None),
+            ('--domain', domain is not None),
+        ):
+            if stated:
+                raise KhrError(f'{option}: not accepted with a recording; accepted: a scenario')
         both = [Path(source), *([recording_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
