@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache
 from itertools import groupby
 from operator import attrgetter
 from typing import Any
@@ -181,7 +181,9 @@ def run_offline(
     parameters = replace(scenario.table(RunParameters), duration=duration(scenario))
     plant = Plant([parameters])
     try:
-        return _run(scenario, plant, ControlLoop(scenario), watch, changes, began)
+        loop = ControlLoop(scenario)
+        with _imports_set_aside():
+            return _run(scenario, plant, loop, watch, changes, began)
     finally:
         plant.close()
 
@@ -202,7 +204,6 @@ def _run(
             plant.configure([replace(table, duration=plant.parameters[0].duration)])
 
     change(BEFORE)
-    _set_imports_aside()
     started = time.monotonic()
     (truth,) = plant.start([loop.reference(0.0)])
     while True:
@@ -224,7 +225,18 @@ def _run(
         (truth,) = plant.advance()
 
 
-@cache
-def _set_imports_aside() -> None:
-    """Freeze imported objects: a full garbage collection takes longer than many periods."""
-    gc.freeze()
+@contextmanager
+def _imports_set_aside() -> Iterator[None]:
+    """Freeze imported objects: a full garbage collection takes longer than many periods.
+
+    They are the caller's as well, who may drop some later: they are released at the end, unless the
+    caller has frozen objects of his own.
+    """
+    own = gc.get_freeze_count() == 0
+    if own:
+        gc.freeze()
+    try:
+        yield
+    finally:
+        if own:
+            gc.unfreeze()

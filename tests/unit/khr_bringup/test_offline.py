@@ -1,5 +1,8 @@
 """The control loop without ROS."""
 
+import subprocess
+import sys
+
 import pytest
 
 from khr_balance.errors import GaitError
@@ -17,3 +20,32 @@ def test_an_error_of_a_block_names_its_node():
     )
     with pytest.raises(GaitError, match=r'^recovery: .* leg: '):
         run_offline(guard)
+
+
+GARBAGE = """
+import gc, weakref
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import load_scenario
+
+class Heavy:
+    def __init__(self):
+        self.itself = self
+
+frozen = {frozen}
+if frozen:
+    gc.freeze()
+heavy = Heavy()
+there = weakref.ref(heavy)
+run_offline(load_scenario('stand_0deg').changed({{('simulator', 'duration'): 0.3}}))
+del heavy
+gc.collect()
+print(there() is None, gc.get_freeze_count() > 0)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('frozen', [False, True])
+def test_what_the_caller_drops_after_a_run_is_collected_and_what_he_froze_stays(frozen):
+    code = GARBAGE.format(frozen=frozen)  # in a process of its own, which has made no run yet
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout == f'True {frozen}\n'
