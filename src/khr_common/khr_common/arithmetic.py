@@ -28,6 +28,7 @@ SETTINGS = {
     'NPY_DISABLE_CPU_FEATURES': 'X86_V3,X86_V4,AVX512_ICL,AVX512_SPR,'
     'AVX2,FMA3,AVX512F,AVX512CD,AVX512_SKX,AVX512_CLX,AVX512_CNL',
 }
+_ENTERED = 'KHR_ARITHMETIC_ENTERED'  # the process that has restarted itself
 _DIGEST = 'bfa7aae1'  # of the sample computations of :func:`in_force`
 # Where the C library's functions round otherwise with fused multiply-add, about once in 1500:
 # sin and asin, cos, exp, arctan, arctan2, power, as multiples of the step.
@@ -35,11 +36,17 @@ _PLACES, _STEP = (847, 17528, 2989, 423, 935, 930, 300), 0.000137
 
 
 def enter() -> None:
-    """Restart this program in the portable environment, unless it has it already."""
+    """Restart this program in the portable environment, unless it has it already.
+
+    It does so once: where Python itself sets a variable at its start (``sitecustomize``), another
+    restart would not help. :func:`warning` tells whether the arithmetic differs.
+    """
+    process = str(os.getpid())  # which a restart keeps and a child does not
+    again = os.environ.pop(_ENTERED, '') == process
     missing = _missing()
-    if not missing or os.environ.get(CHOICE) == NATIVE:
+    if not missing or again or os.environ.get(CHOICE) == NATIVE:
         return
-    os.environ.update(missing)
+    os.environ.update(missing | {_ENTERED: process})
     if sys.executable and sys.orig_argv:
         os.execv(sys.executable, sys.orig_argv)
 

@@ -13,7 +13,7 @@ from tests import ROOT
 IN_FORCE = 'from khr_common.arithmetic import in_force; print(in_force())'
 
 
-def started(*command, **own):
+def started(*command, timeout=None, **own):
     """Return what a process prints that is started without the settings."""
     kept = {
         name: value
@@ -21,7 +21,7 @@ def started(*command, **own):
         if name not in (*SETTINGS, '_ROS_WHEELS_BOOTSTRAP_COMPLETE')
     }
     return subprocess.run(
-        command, env=kept | own, capture_output=True, text=True, check=True
+        command, env=kept | own, capture_output=True, text=True, check=True, timeout=timeout
     ).stdout.strip()
 
 
@@ -48,6 +48,16 @@ def test_an_entry_point_starts_its_program_anew_where_nothing_did_before():
     code = f'from khr_common.arithmetic import enter; enter(); {IN_FORCE}'
     path = os.pathsep.join(sys.path)
     assert started(sys.executable, '-S', '-c', code, PYTHONPATH=path) == PORTABLE
+
+
+def test_an_entry_point_starts_anew_once_where_python_itself_sets_a_variable(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text(
+        'import os\nos.environ["OPENBLAS_NUM_THREADS"] = "8"\n'
+    )
+    code = 'from khr_common.arithmetic import enter; enter(); import os; print(sorted(os.environ))'
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    names = started(sys.executable, '-c', code, PYTHONPATH=path, timeout=20)
+    assert 'OPENBLAS_CORETYPE' in names and '_ENTERED' not in names
 
 
 @pytest.mark.parametrize('tunables', ['glibc.malloc.arena_max=2', NO_FMA])
