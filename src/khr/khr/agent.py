@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop
@@ -69,7 +70,9 @@ class Agent:
     def __init__(self, scenario: Scenario) -> None:
         self.loop, self.action = ControlLoop(scenario), STILL
         gait = scenario.table(GaitParameters)
-        self._turn = tau / gait.cycle_period if gait.cyclic else 0.0  # rad/s
+        self._turn = self._start = 0.0  # rad/s, and s where the phase is 0
+        if gait.cyclic:
+            self._turn, self._start = tau / gait.cycle_period, gait_of(gait).cycle(1)[0]
 
     def act(self, action: Sequence[float] | Observation) -> list[float]:
         """Take an action, clipped to its space; return the target of the 17 joints, rad.
@@ -86,7 +89,7 @@ class Agent:
 
     def observation(self, truth: GroundTruth) -> Observation:
         """Return the observation of the last sample, (28,), clipped to its space."""
-        turned = self._turn * truth.stamp_ns * 1e-9
+        turned = self._turn * (truth.stamp_ns * 1e-9 - self._start)
         values = [
             *self.loop.signals[GYRO],
             *self.loop.forces,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from functools import cached_property
+from types import NoneType
 from typing import Any
 
 import gymnasium
@@ -30,6 +31,7 @@ from khr.runs import changes_of, prepared
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
+from khr_common.text.quoting import quoted
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
@@ -57,8 +59,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     Observation, (28,), float32, in the order of :attr:`names`: roll, pitch and yaw rate as the
     gyro reads them, rad/s; the normal forces as the sensors read them, N; the 17 joint angles,
     rad; the two actions that were taken last; sine and cosine of the phase of the gait cycle, of
-    a walk. Each is clipped to its bound. A policy that needs the past wraps the environment in
-    ``gymnasium.wrappers.FrameStackObservation``.
+    a walk, 0 where a whole cycle starts. Each is clipped to its bound. A policy that needs the
+    past wraps the environment in ``gymnasium.wrappers.FrameStackObservation``.
 
     Action, (2,), from -1 to 1: the corrections of both ankle pitches and of both hip pitches, in
     units of 15 deg; they act one control period later, as on the board.
@@ -122,6 +124,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         self.scenario = self._base
         self.observation_space, self.action_space = observation_space(), action_space()
         self._plant: Plant | None = None
+        self._over = False  # whether the episode has ended
         self._scene: PosedScene | None = None
 
     @property
@@ -145,10 +148,16 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             KhrError: if an option is not accepted.
         """
         super().reset(seed=seed)
+        if not isinstance(options, (Mapping, NoneType)):
+            raise KhrError(
+                f'options: {quoted(options)} is not accepted; accepted: values by name, of robot | '
+                f'{" | ".join(OPTIONS)}'
+            )
         given = dict(options or {})
         drawn = seed if seed is not None else int(self.np_random.integers(LARGEST_SEED))
         given.setdefault('seed', drawn)
         self._begin(self._base.changed(self._changes(given)))
+        self._over = False
         self._agent = Agent(self.scenario)
         assert self._plant is not None
         period = self._plant.parameters[0].control_period
@@ -164,9 +173,9 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             action: (2,), clipped to the action space.
 
         Raises:
-            KhrError: if it is not two finite numbers, or no episode was begun.
+            KhrError: if it is not two finite numbers, or no episode goes on.
         """
-        if self._plant is None:
+        if self._plant is None or self._over:
             raise KhrError('step: no episode; accepted: after reset()')
         self._plant.answer([self._agent.act(action)])
         (self._truth,) = self._plant.advance()
@@ -183,6 +192,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
                 'outcome': outcome,
             }
         cut = bool(end) and not lost
+        self._over = lost or cut
         return self._agent.observation(self._truth), sum(terms.values()), lost, cut, info
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -223,10 +233,11 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
                         f'[0, {len(self._robots) - 1}]'
                     )
                 changes |= self._robots[int(value)]
+            elif name == 'push':
+                several = isinstance(value, (list, tuple, np.ndarray))
+                changes[OPTIONS[name]] = list(value) if several else [value]
             elif name in OPTIONS:
-                several = name == 'push' and not isinstance(value, str)
-                pushes = list(value) if several else [value]
-                changes[OPTIONS[name]] = pushes if name == 'push' else value
+                changes[OPTIONS[name]] = value
             else:
                 raise KhrError(
                     f'options: {name!r} is not accepted; accepted: robot | {" | ".join(OPTIONS)}'

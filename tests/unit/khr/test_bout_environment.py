@@ -118,6 +118,7 @@ def test_parameters_and_starts_may_be_numbers_and_arrays_of_numpy():
     [
         (lambda: khr.bout_env('nowhere'), 'no such bout'),
         (lambda: khr.bout_env('shove', engine='ode'), r'bullet \| mujoco'),
+        (lambda: khr.bout_env('shove', engine=''), r'bullet \| mujoco'),
         (lambda: khr.bout_env('shove', set={'simulator.seed': object()}), 'a number, text, list'),
         (lambda: fight().step({}), 'after reset'),
         (lambda: started().step({'red': np.zeros(2)}), r"\['red'\].*one of red and blue"),

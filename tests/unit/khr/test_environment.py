@@ -116,10 +116,14 @@ def test_the_end_of_the_motion_truncates_and_a_fall_terminates():
     environment.reset(seed=0)
     ends = [environment.step(np.zeros(2))[2:4] for _ in range(round(0.6 / 0.015))]
     assert ends == [(False, False)] * (len(ends) - 1) + [(False, True)]
+    with pytest.raises(khr.KhrError, match='after reset'):
+        environment.step(np.zeros(2))
     environment.reset(seed=0, options={'push': [PUSH.replace('8,0,0', '80,0,0')]})
     while not any(ends := environment.step(np.zeros(2))[2:4]):
         pass
     assert ends == (True, False)
+    with pytest.raises(khr.KhrError, match='after reset'):
+        environment.step(np.zeros(2))
 
 
 def test_an_episode_without_corrections_is_the_run_without_control():
@@ -194,13 +198,30 @@ def test_observations_are_named_and_what_they_say():
     assert stacked.reset(seed=0)[0].shape == (3, len(environment.names))
 
 
+@pytest.mark.parametrize('start_delay', [0.15, 0.3])
+def test_the_phase_is_that_of_the_gait(start_delay):
+    environment = khr.env('walk_0deg', set=FAST | {'gait.start_delay': start_delay})
+    environment.reset(seed=0)
+    period = environment.scenario.whole('gait')['cycle_period']
+    begin = start_delay + period / 2.0  # of the first whole cycle, after the first step
+    info = {'time': 0.0}
+    while info['time'] < begin:
+        observation, *_, info = environment.step(np.zeros(2))
+    seen = dict(zip(environment.names, observation.tolist(), strict=True))
+    phase = np.arctan2(seen['phase_sine'], seen['phase_cosine'])
+    assert 0.0 <= phase == pytest.approx(2 * np.pi * (info['time'] - begin) / period, abs=1e-6)
+    environment.close()
+
+
 def test_a_motion_from_a_file_has_a_phase_if_it_repeats():
     environment = khr.env(ROOT / 'examples' / 'squat.yaml', set=SHORT)  # every 2.5 s
     environment.reset(seed=0)
     for _ in range(30):
         observation, *_ = environment.step(np.zeros(2))
     seen = dict(zip(environment.names, observation.tolist(), strict=True))
-    assert np.arctan2(seen['phase_sine'], seen['phase_cosine']) == pytest.approx(2 * np.pi * 0.18)
+    start = environment.scenario.whole('gait')['start_delay']
+    phase = np.arctan2(seen['phase_sine'], seen['phase_cosine'])
+    assert phase == pytest.approx(2 * np.pi * (0.45 - start) / 2.5)
     _, _, info = play(khr.env(ROOT / 'examples' / 'squat.yaml', set=FAST))
     assert info['verdict'] == 'stood'
 
@@ -270,6 +291,10 @@ def test_memory_stays_flat_over_many_resets(engine):
         (lambda: started(slope=3), r'options: .slope.*inclination_deg'),
         (lambda: started(inclination_deg='steep'), 'inclination_deg'),
         (lambda: started(push='hard'), 'push'),
+        (lambda: started(push=None), 'push'),
+        (lambda: started(push=3), 'push'),
+        (lambda: started(push=[3]), 'push'),
+        (lambda: khr.env('stand_0deg').reset(options=[1]), r'options: \[1\] .*robot'),
     ],
 )
 def test_a_mistake_is_one_line(call, says):
