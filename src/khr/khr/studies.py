@@ -15,7 +15,7 @@ from pydantic import InstanceOf
 
 from khr.arguments import checked
 from khr.runs import RunResult, changes_of, prepared
-from khr_analysis.sampling import samples_at, within
+from khr_analysis.sampling import LEAST, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -30,6 +30,16 @@ from khr_sweeps.results.folder import read_results
 from khr_sweeps.sweep import run_sweep
 
 RATES = ('gyro_rate', 'pitch_rate')
+# The parameters of the node fft_analyser that a spectrum of a given part of a run depends on.
+SETTINGS = (
+    'window',
+    'remove_mean',
+    'max_frequency',
+    'phase_threshold',
+    'peak_count',
+    'peak_threshold',
+    'fundamental',
+)
 
 
 @checked
@@ -49,14 +59,16 @@ def spectrum(
             true one; rad/s.
         start: of the part, s; by default the first whole gait cycle of a walk, else 0.
         end: of the part, s; by default the end of the last cycle, or of the run if it fell.
-        settings: parameters of the ``fft_analyser`` node to replace, such as ``window='hann'``.
+        settings: parameters of the ``fft_analyser`` node to replace, such as ``window='hann'``;
+            not those of its sliding window and of its topic.
 
     Returns:
         Frequencies in Hz, amplitudes in rad/s and as ``amplitude_deg`` in deg/s, phases in rad,
         (n,) each, and the peaks.
 
     Raises:
-        KhrError: if a value is not accepted, or the part is shorter than eight samples.
+        KhrError: if a value is not accepted, or the part is outside the run or shorter than eight
+            samples.
 
     Example:
         >>> import khr
@@ -66,10 +78,13 @@ def spectrum(
         True
     """
     one_of('signal', signal, RATES)
+    for name in settings:
+        one_of('spectrum', name, ('signal', 'start', 'end', *SETTINGS))
     changed = {f'fft_analyser.{key}': value for key, value in settings.items()}
     parameters = prepared(run.scenario, changed).table(FftAnalyserParameters)
     gait = run.scenario.table(GaitParameters)
-    first, last = 0.0, float(run.signals.time[-1]) + 1.0
+    length = float(run.signals.time[-1])
+    first, last = 0.0, length + 1.0
     if gait.cyclic:
         first, last = whole_cycles(gait)
     if run.outcome.fell_at is not None:
@@ -79,6 +94,11 @@ def spectrum(
     )
     samples = samples_at(run.signals.time, getattr(run.signals, signal))
     part = within(samples, first, last)
+    if len(part.values) < LEAST:
+        raise KhrError(
+            f'start, end: {first:g}, {last:g} s is not accepted; accepted: a part of the run of '
+            f'{length:.3f} s with {LEAST} samples or more'
+        )
     return spectrum_of(part.values, replace(parameters, control_period=part.period), part.start)
 
 

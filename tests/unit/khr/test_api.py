@@ -3,12 +3,14 @@
 import os
 import signal
 import subprocess
+from dataclasses import fields
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 import khr
+from khr_analysis.spectrum import FftAnalyserParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_studies.measuring.limit import Limit
@@ -229,6 +231,38 @@ def test_an_interrupted_sweep_raises_that_and_keeps_what_is_done(tmp_path, monke
         signal.signal(signal.SIGINT, handler)
     if kept:
         assert 1 <= pq.read_table(out / 'results.parquet').num_rows < 200
+
+
+OTHERWISE = {
+    'window': 'hann', 'remove_mean': False, 'max_frequency': 5.0, 'phase_threshold': 0.9,
+    'peak_count': 1, 'peak_threshold': 0.9, 'fundamental': 3.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('name', [each.name for each in fields(FftAnalyserParameters)])
+def test_a_setting_of_a_spectrum_acts_or_is_refused(walk, name):
+    if name in OTHERWISE:
+        assert repr(khr.spectrum(walk, **{name: OTHERWISE[name]}).__dict__) != repr(
+            khr.spectrum(walk).__dict__
+        )
+        return
+    with pytest.raises(khr.KhrError, match=f'{name}.*accepted: signal . start . end . window'):
+        khr.spectrum(walk, **{name: 1.0})
+
+
+@pytest.mark.parametrize(
+    'part', [{'start': np.nan}, {'end': np.nan}, {'start': 3.0, 'end': 2.0}, {'start': 4.95}]
+)
+def test_a_part_outside_the_run_is_refused_with_its_length(walk, part):
+    with pytest.raises(khr.KhrError, match=r'^start, end: .*run of 5\.010 s'):
+        khr.spectrum(walk, **part)
+
+
+def test_a_walk_without_a_whole_cycle_has_a_spectrum_of_a_part_that_is_named():
+    short = khr.run('walk_7.68deg_ka12', engine='mujoco', duration=0.6)
+    with pytest.raises(khr.KhrError, match=r'^start, end: .*run of 0\.6'):
+        khr.spectrum(short)
+    assert khr.spectrum(short, start=0.0).start == 0.0
 
 
 def test_a_signal_that_is_no_rate_is_refused(walk):
