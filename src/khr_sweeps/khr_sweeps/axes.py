@@ -140,7 +140,8 @@ def _steps(
 ) -> tuple[Any, ...]:
     if type(step) is not specification.kind or not isfinite(step) or step <= 0:
         refuse(f'{where}: step', step, f'{specification.kind.__name__} above 0')
-    count = floor((stop - start) / step + 1e-9) + 1
+    steps = (stop - start) / step
+    count = floor(steps + 1e-9) + 1 if isfinite(steps) else 0
     if not 0 < count <= LARGEST_AXIS:
         refuse(
             where,

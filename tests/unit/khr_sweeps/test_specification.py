@@ -176,6 +176,10 @@ def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seed
             HEAD + 'grid:\n  ankle_controller.gain: {start: 0.0, stop: 9.0, step: 1.0e-9}\n',
             ['1e-09', 'at most'],
         ),
+        (
+            HEAD + 'grid:\n  ankle_controller.gain: {start: 0.0, stop: 3.0, step: 1.0e-320}\n',
+            ['1e-320', 'at most'],
+        ),
         (HEAD + RANDOM, ['samples', 'None', 'integer']),
         (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing without']),
         (
