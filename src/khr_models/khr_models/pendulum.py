@@ -109,12 +109,6 @@ def force_difference(normal_force: Value, to_toe: Value, half_foot: float) -> Va
     return normal_force * (half_foot - to_toe) / half_foot
 
 
-def zmp_to_toe(normal_force: Value, difference: Value, half_foot: float) -> Value:
-    """Return the distance d of the ZMP from the toe, m: (3.4) solved for d."""
-    positive('half_foot', half_foot)
-    return half_foot * (1.0 - difference / normal_force)
-
-
 def lean_acceleration(
     pendulum: Pendulum,
     lean: Value,
@@ -176,19 +170,6 @@ def critical_inclination(
     if form == 'tangent':
         return _plain(np.arctan(argument), initial_lean)
     return _plain(np.arcsin(np.clip(argument, -1.0, 1.0)), initial_lean)
-
-
-def inclination_from_force_difference(
-    pendulum: Pendulum, difference: Value, lean: Value | float = 0.0
-) -> Value:
-    """Read the inclination back from Delta, rad: (3.7) solved for phi.
-
-    Raises:
-        KhrError: if no inclination within +-90 deg of upright gives such a Delta.
-    """
-    largest = pendulum.gravity_moment / pendulum.half_foot
-    within('difference', difference, -largest, largest)
-    return _plain(np.arcsin(difference / largest) - lean, difference)
 
 
 def simulate(
