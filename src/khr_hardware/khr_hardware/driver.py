@@ -15,10 +15,10 @@ from khr_common.published import NO_LOAD_SPEED
 from khr_hardware.client import Client
 from khr_hardware.errors import BoardError
 from khr_hardware.feedback import Feedback
-from khr_hardware.inspection import Inspection, inspect
+from khr_hardware.inspection import Inspection, inspect, silence
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
-from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config, Mixing
+from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config
 
 MAX_FAILED_WRITES, MAX_FAILED_READS = 3, 10  # consecutive failures that lead to fault
 FREE_ATTEMPTS = 10  # on a silent board they take about a second
@@ -76,19 +76,26 @@ class BoardDriver:
         self._battery_reference = seen.references[0]
         if self.feedback:
             self.feedback.connect(seen.references)
-        config = seen.config.quiet().with_cycle(self.parameters.control_period)
-        if config != seen.config:
-            self.client.set_config(config)
+        config = seen.config.quiet().with_cycle(self.parameters.control_period).without_led()
+        silence(self.client, seen, config)
         self._config = config
-        for ics, record in seen.records.items():
-            for slot, mixing in enumerate(record.mixings):
-                if mixing.active:
-                    self.client.set_mixing(ics, slot, Mixing(mixing.source, 0))
+        The LED is switched off, by which a restart shows even if the board's own configuration is
+        otherwise the driver's.
+
         self._update_sensors(seen.ad)
         self.state = 'idle'
+            KhrError: if a trim differs from the map; then nothing is written.
         return seen
 
     def start(self) -> None:
+        differing = seen.differing_trims(self.map)
+        if differing:
+            found = ', '.join(f'{joint} {own} on the board' for joint, (own, _) in differing.items())
+            wanted = ', '.join(f'{joint} {trim}' for joint, (_, trim) in differing.items())
+            raise KhrError(
+                f'trim: {found} is not accepted; accepted: that of the map, {wanted}: correct the '
+                'map or the project on the board'
+            )
         """Switch the torque on at the measured pose and start the ramp to the reference.
 
         Raises:

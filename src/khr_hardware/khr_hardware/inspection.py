@@ -1,4 +1,4 @@
-"""Read the state of a board and its robot, without writing."""
+"""Read the state of a board and its robot, and bring it to rest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from khr_hardware.client import Client
 from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol import memory
-from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, ServoRecord
+from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, Mixing, ServoRecord
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,25 @@ def inspect(client: Client, joint_map: JointMap) -> Inspection:
     return Inspection(text, config, assigned, client.ad(), client.ad_references(), records)
 
 
+def silence(client: Client, seen: Inspection, config: Config) -> None:
+    """Write a configuration, and set the ratios of all active mixings to 0.
+
+    Args:
+        client: of the board.
+        seen: what was read from it.
+        config: to write, if it differs; with the ROM program off.
+
+    Raises:
+        BoardError: if the board does not accept it.
+    """
+    if config != seen.config:
+        client.set_config(config)
+    for ics, record in seen.records.items():
+        for slot, mixing in enumerate(record.mixings):
+            if mixing.active:
+                client.set_mixing(ics, slot, Mixing(mixing.source, 0))
+
+
 def torque_of(record: ServoRecord) -> str:
     """Return the state of a servo as text: free, hold, or its target position."""
     return {FREE: 'free', HOLD: 'hold'}.get(record.reference, str(record.reference))
@@ -88,10 +107,10 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
     """Switch the torque on with every servo at its present position.
 
     The measured positions are written as targets, because manuals and clients disagree about the
-    meaning of 0x7FFF.
+    meaning of 0x7FFF. The ROM program and the mixings are stopped first: either moves servos.
 
     Raises:
-        BoardError: if a servo does not answer; then no servo is written.
+        BoardError: if a servo does not answer; then nothing is written.
         KhrError: if a position is outside the servo's range.
     """
     seen = inspect(client, joint_map)
@@ -104,6 +123,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
                 f'{joint_map.joint_of(ics)}: position {raw} is not accepted; accepted: '
                 f'{memory.LOWEST} to {memory.HIGHEST}'
             )
+    silence(client, seen, seen.config.quiet())
     client.move(positions)
 
 

@@ -11,6 +11,7 @@ from khr_common.interfaces import JOINTS
 from khr_hardware.client import Client
 from khr_hardware.driver import FREE_ATTEMPTS, MAX_FAILED_READS, MAX_FAILED_WRITES, NO_LOAD_SPEED
 from khr_hardware.errors import BoardError
+from khr_hardware.inspection import hold_pose
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import SHORTEST, refusal
 from khr_hardware.protocol.memory import AD_CHANNELS, Mixing
@@ -203,8 +204,13 @@ def test_failed_reads_are_a_fault_after_more_of_them(rig):
     assert rig.driver.state == 'fault' and 'reads failed' in rig.driver.reason
 
 
-def test_a_board_that_starts_anew_is_a_fault(rig):
-    rig.run()
+@pytest.mark.parametrize('config', [0x809B, 0x8091])
+def test_a_board_that_starts_anew_is_a_fault(config):
+    """Also if its own configuration leaves the driver nothing to change, and after another run."""
+    rig = Rig(config=config)
+    for _ in range(2):
+        rig.driver.connect()
+        rig.run()
     rig.board.power_on()
     for _ in range(5):
         rig.period()
@@ -282,3 +288,25 @@ def test_every_position_is_read_in_turn(rig):
         rig.period()
     assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
     assert rig.driver.battery == pytest.approx(11.1, abs=0.02)
+def test_without_reading_positions_the_pose_is_the_target():
+    """And not the one from before the ramp."""
+    rig = Rig(positions_per_period=0)
+    rig.driver.connect()
+    rig.run()
+    rig.period()
+    assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
+
+
+def test_holding_in_place_stops_what_would_move_the_servos():
+    rig = Rig()
+    rig.board.robot.ad[1] = 600
+    rig.board.sample()
+    rig.client.set_mixing(18, 0, Mixing.of_ad(1, 12))
+    before = dict(rig.board.robot.positions)
+    hold_pose(rig.client, MAP)
+    for _ in range(5):
+        rig.board.cycle()
+    assert rig.board.robot.positions == before and None not in rig.targets
+    assert not rig.board.config.program and not rig.board.config.jumps
+
+

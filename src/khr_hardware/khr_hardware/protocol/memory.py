@@ -74,6 +74,10 @@ class Config:
         """Return the word with ROM program, unsolicited messages and jumps off, servo bus on."""
         return replace(self, word=self.word & ~0x000E | 0x0001)
 
+    def without_led(self) -> Config:
+        """Return the word with the LED off."""
+        return replace(self, word=self.word & ~0x8000)
+
     def with_cycle(self, cycle: float) -> Config:
         """Return the word with another output cycle.
 
