@@ -152,11 +152,14 @@ class BoardDriver:
             except BoardError as error:
                 if not left or self.client.closed:
                     self._fail(f'the servos could not be freed: {error}')
+            BoardError: if the board's loop could not be removed; the state is then ``fault``.
                     raise
         self.state, self.reason = 'idle', ''
         self._end_feedback()
 
     def leave(self) -> None:
+        if self.state != 'holding':
+            raise BoardError(self.reason)
         """Free or hold the servos at the end, as ``at_exit`` selects.
 
         Raises:

@@ -69,6 +69,7 @@ class Feedback:
         self._reference = 0  # AD_ref in the board
         self._offset = 0  # of AD_ref from the voltage at rest, AD steps
         self._ratios = dict.fromkeys(BOARD_CORRECTION.names, 0)
+        self._mixed: set[str] = set()  # joints that may have a mixing, read back or not
         self._round: list[tuple[str, int]] = []
         self._waited = STEP_PAUSE
 
@@ -122,10 +123,20 @@ class Feedback:
         return wanted == self._ratios
 
     def end(self) -> None:
-        """Set all ratios to 0; raises BoardError if the board does not accept one."""
+        """Set all ratios to 0, each one even if another fails.
+
+        Raises:
+            BoardError: if the board does not accept one.
+        """
         self._round, self._waited = [], STEP_PAUSE
-        for joint in [joint for joint, ratio in self._ratios.items() if ratio]:
-            self._write(joint, 0)
+        failed: BoardError | None = None
+        for joint in sorted(self._mixed):
+            try:
+                self._write(joint, 0)
+            except BoardError as error:
+                failed = error
+        if failed:
+            raise failed
 
     def correction(self, ad: Sequence[int]) -> tuple[float, ...]:
         """Return the board's correction of each joint in ``BOARD_CORRECTION``, rad."""
@@ -135,8 +146,11 @@ class Feedback:
     def _write(self, joint: str, ratio: int) -> None:
         servo = self._map.servos[joint]
         mixing = Mixing.of_ad(self._gyro.channel, servo.sign * self._gyro.sign * ratio)
+        self._mixed.add(joint)  # the board may write it and its reply be lost
         self._client.set_mixing(servo.ics, MIXING_SLOT, mixing)
         found = self._client.record(servo.ics).mixings[MIXING_SLOT]
         if found != mixing:
             raise BoardError(f'{joint}: mixing {found} was read back; expected: {mixing}')
         self._ratios[joint] = ratio
+        if not ratio:
+            self._mixed.discard(joint)

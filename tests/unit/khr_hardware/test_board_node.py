@@ -3,6 +3,10 @@
 import pytest
 from std_srvs.srv import Trigger
 
+from khr_common.interfaces import JOINTS
+from khr_common.nodes.joint_answer import JointAnswer
+from khr_common.pacing import Punctuality
+from khr_hardware.errors import BoardError
 from khr_hardware.nodes.board import BoardNode
 from khr_hardware.protocol.memory import FREE
 from tests.fakes.boards import Rig
@@ -40,6 +44,27 @@ def test_a_low_battery_frees_the_robot_after_the_end(node, rig):
 
 def test_it_does_not_start_again_after_the_end(node, rig):
     for state in ('holding', 'idle'):
+@pytest.mark.parametrize(('waited', 'fresh'), [(0.09, True), (0.11, False)])
+def test_an_answer_ages_with_the_wall_clock(node, waited, fresh):
+    """However few periods have passed."""
+    node.state, node.now_ns, node._punctuality = 'running', 15_000_000, Punctuality()
+    node._recent = {0: 5.0, 15_000_000: 5.0}
+    node._answers = {'gait': JointAnswer(15_000_000, JOINTS, STANCE)}
+    reference, _ = node._fresh_inputs(5.0 + waited)
+    assert (reference is not None) == fresh
+    assert node._punctuality.stale == (not fresh)
+
+
+def test_the_end_of_a_run_whose_loop_stays_on_the_board_is_an_error(node):
+    def hold():
+        node.driver.state = 'fault'
+        raise BoardError('lost')
+
+    node.state, node.driver.hold = 'running', hold
+    node._end()
+    assert node.state == 'running', 'the fault is reported as the end'
+
+
         answer = node._on_service(node._start, Trigger.Request(), Trigger.Response())
         assert (answer.success, node.driver.state) == (False, state)
         assert answer.message == 'start: not after the end of the run; accepted: a new run'

@@ -6,9 +6,11 @@ import pytest
 
 from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
+from khr_hardware.errors import BoardError
 from khr_hardware.feedback import RAMP_STEPS, REST_SAMPLES, STEP_PAUSE
 from khr_hardware.joint_map import COUNT, JointMap
-from khr_hardware.protocol.frames import refusal
+from khr_hardware.protocol.frames import SHORTEST, refusal
+from khr_hardware.protocol.memory import MIXINGS, RECORD_SIZE, record_address
 from tests.fakes.boards import STANCE, Rig
 
 MAP = JointMap.load()
@@ -116,6 +118,37 @@ def test_a_board_that_takes_no_mixing_is_a_fault(rig):
     for _ in range(200):
         rig.period()
     assert rig.driver.state == 'fault' and 'feedback could not be written' in rig.driver.reason
+
+
+def test_a_mixing_whose_reading_back_is_lost_is_taken_back_too(rig):
+    rig.driver.start()
+    rig.break_line(0x00, sizes=(RECORD_SIZE + SHORTEST,))
+    while rig.driver.state == 'ramping':
+        rig.period()
+    assert rig.driver.state == 'fault' and ratios(rig) == [3, 0, 0, 0]
+    rig.port.tamper = lambda reply: reply
+    rig.driver.leave()
+    assert ratios(rig) == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize('end', ['hold', 'leave'])
+def test_one_mixing_that_stays_keeps_none_of_the_others(rig, end):
+    rig.run()
+    first, answer = SERVOS[0], rig.board.answer
+
+    def refuse_first(frame):
+        address = record_address(first.ics) + MIXINGS[0]
+        mixing = frame.body[:3] == b'\x02' + address.to_bytes(2, 'little')
+        return refusal(frame.command) if mixing else answer(frame)
+
+    rig.board.answer = refuse_first
+    if end == 'hold':
+        with pytest.raises(BoardError, match='feedback could not be removed'):
+            rig.driver.hold()
+        assert rig.driver.state == 'fault'
+    else:
+        rig.driver.leave()
+    assert ratios(rig) == [12, 0, 0, 0]
 
 
 def test_without_a_gyro_the_board_closes_no_loop():

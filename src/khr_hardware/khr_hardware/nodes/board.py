@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -37,6 +38,7 @@ from khr_common.run_identity import KEY, MalformedError
 from khr_common.scheduling import ask_for_real_time
 from khr_hardware.client import connect
 from khr_hardware.driver import TORQUE_STATES, BoardDriver
+from khr_hardware.errors import BoardError
 from khr_hardware.feedback import REST_SAMPLES
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
@@ -172,13 +174,18 @@ class BoardNode(KhrNode):
             self._send(CLOCK)
         ended = own.duration and self.now_ns >= round(own.duration * 1e9)
         if ended and driver.state != 'fault':
-            driver.hold()
-            self._enter('finished', end='duration')
+            self._end()
         if now - self._reported > REPORT_PERIOD:
             self._reported = now
             self._report()
 
     @property
+    def _end(self) -> None:
+        """Hold the robot at the end of the run; a fault of the driver ends it otherwise."""
+        with suppress(BoardError):
+            self.driver.hold()
+            self._enter('finished', end='duration')
+
     def _answered(self) -> bool:
         """Return whether this period writes a correction for the newest sample."""
         return self.state == 'running' and any(
