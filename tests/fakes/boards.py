@@ -30,17 +30,30 @@ def bench_board(**changes):
 
 
 class Rig:
-    """A driver, its board and 17 servos on a table."""
+    """A driver, its board and 17 servos on a table; the clock ticks with the output cycles.
 
-    def __init__(self, retries=0, joint_map=MAP, **changes):
+    Args:
+        retries: of the client.
+        joint_map: of the driver.
+        config: the board's own.
+        late: factor of the time between two periods.
+        changes: of the driver's parameters.
+    """
+
+    def __init__(self, retries=0, joint_map=MAP, config=0x809B, late=1.0, **changes):
         servos = {servo.ics: 7500 + servo.trim for servo in MAP.servos.values()}
         self.board = VirtualBoard(
-            TableServos(servos, {0: 455, 1: 512}), PowerOnSettings(MAP.trims, 0x809B, {1: 512})
+            TableServos(servos, {0: 455, 1: 512}), PowerOnSettings(MAP.trims, config, {1: 512})
         )
         self.port = Loopback(self.board)
         self.client = Client(self.port, retries=retries)
         self._changes = changes
-        self.driver = BoardDriver(self.client, joint_map, self.parameters())
+        self.spacing = late * PARAMETERS.control_period
+        self.driver = BoardDriver(self.client, joint_map, self.parameters(), self.now)
+
+    def now(self):
+        """Return the time, s."""
+        return self.spacing * self.board.robot.cycles
 
     def parameters(self, **changes):
         return replace(PARAMETERS, **(self._changes | changes))

@@ -6,7 +6,8 @@ States: ``disconnected``, ``idle`` (torque off), ``ramping`` to the first refere
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from math import cos, isfinite, pi, radians
 
 from khr_common.errors import KhrError
@@ -31,6 +32,12 @@ TORQUE_STATES = ('ramping', 'running', 'holding')  # states in which the servos 
 class BoardDriver:
     """Drive the robot behind a board, one control period at a time.
 
+    Args:
+        client: of the board.
+        joint_map: of the robot.
+        parameters: may change at any time.
+        clock: of the limits in time, s; periods may come late.
+
     Attributes:
         state: see the module.
         reason: of the state ``fault``; empty otherwise.
@@ -44,7 +51,13 @@ class BoardDriver:
         KhrError: if the board should close the loop and the map has no gyro.
     """
 
-    def __init__(self, client: Client, joint_map: JointMap, parameters: BoardParameters) -> None:
+    def __init__(
+        self,
+        client: Client,
+        joint_map: JointMap,
+        parameters: BoardParameters,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.parameters = parameters
         self.client = client
         self.map = joint_map
@@ -60,7 +73,9 @@ class BoardDriver:
         self._checked = 0
         self._target = list(self.pose)
         self._begin: list[float] = []
-        self._ramped = self._low = self._torque = 0.0
+        self._ramped = self._ramp_speed = 0.0
+        self._torque_since = 0.0
+        self._low_since: float | None = None  # None with a good battery
         self._failed_writes = self._failed_reads = 0
         self._turn = 0
 
@@ -118,7 +133,7 @@ class BoardDriver:
             if self.feedback:
                 self.feedback.set_reference(self.parameters.ad_offset)
             self.pose, self._target = pose, list(pose)
-            self._torque = 0.0
+            self._torque_since = self._clock()
             try:
                 self._move()
             except BoardError:
@@ -192,8 +207,7 @@ class BoardDriver:
         """
         if self.state not in TORQUE_STATES or self.client.closed:
             return
-        self._torque += self.parameters.control_period
-        if self._torque > self.parameters.torque_time:
+        if self._clock() - self._torque_since > self.parameters.torque_time:
             self._stop_at_limit(f'{self.parameters.torque_time:g} s with torque')
             return
         self.starved = reference is None
@@ -240,7 +254,7 @@ class BoardDriver:
         self._failed_reads = 0
         if changed:
             self._fail('the board has restarted, or another program has configured it')
-        elif self.state in TORQUE_STATES and self._low > LOW_BATTERY_TIME:
+        elif self.state in TORQUE_STATES and self._low_for > LOW_BATTERY_TIME:
             self._stop_at_limit(f'battery at {self.battery:.2f} V')
 
     def _ramp(self, reference: Sequence[float]) -> list[float]:
@@ -300,8 +314,20 @@ class BoardDriver:
         self.battery = (ad[0] + self._battery_reference) * BATTERY_VOLTS
         if self.feedback and self.state == 'idle':
             self.feedback.add_sample(ad)
-        low = self.battery < self.parameters.battery_stop
-        self._low = self._low + self.parameters.control_period if low else 0.0
+        if self.battery >= self.parameters.battery_stop:
+            self._low_since = None
+        elif self._low_since is None:
+            self._low_since = self._clock()
+
+    @property
+    def _low_for(self) -> float:
+        """Return for how long the battery has been low, s."""
+        return 0.0 if self._low_since is None else self._clock() - self._low_since
+
+    def _suppose_pose(self) -> None:
+        """Take the targets for the pose while no position is read."""
+        if self.state in TORQUE_STATES and not self.parameters.dry_run:
+            self.pose = list(self._target)
 
     def _stop_at_limit(self, reason: str) -> None:
         """Free or hold the servos after a limit is exceeded, and enter ``fault``."""

@@ -9,7 +9,7 @@ from khr_common.pacing import Punctuality
 from khr_hardware.errors import BoardError
 from khr_hardware.nodes.board import BoardNode
 from khr_hardware.protocol.memory import FREE
-from tests.fakes.boards import Rig
+from tests.fakes.boards import STANCE, Rig
 
 
 @pytest.fixture
@@ -37,13 +37,13 @@ def test_the_time_with_torque_is_limited_after_the_end(node, rig):
 
 
 def test_a_low_battery_frees_the_robot_after_the_end(node, rig):
-    node.driver._update_sensors = lambda _: setattr(node.driver, '_low', 1.0)
-    node._on_period()
+    rig.board.robot.ad[0] = 380
+    for _ in range(40):
+        rig.board.cycle()
+        node._on_period()
     assert 'battery' in node.failure and node.driver.state == 'fault'
 
 
-def test_it_does_not_start_again_after_the_end(node, rig):
-    for state in ('holding', 'idle'):
 @pytest.mark.parametrize(('waited', 'fresh'), [(0.09, True), (0.11, False)])
 def test_an_answer_ages_with_the_wall_clock(node, waited, fresh):
     """However few periods have passed."""
@@ -65,6 +65,8 @@ def test_the_end_of_a_run_whose_loop_stays_on_the_board_is_an_error(node):
     assert node.state == 'running', 'the fault is reported as the end'
 
 
+def test_it_does_not_start_again_after_the_end(node, rig):
+    for state in ('holding', 'idle'):
         answer = node._on_service(node._start, Trigger.Request(), Trigger.Response())
         assert (answer.success, node.driver.state) == (False, state)
         assert answer.message == 'start: not after the end of the run; accepted: a new run'

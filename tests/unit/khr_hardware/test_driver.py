@@ -47,9 +47,22 @@ def test_a_missing_servo_is_named_and_nothing_is_written():
     assert rig.driver.state == 'disconnected' and rig.board.config.program
 
 
-@settings(max_examples=4)
-@given(st.lists(st.floats(0, 1), min_size=17, max_size=17), st.sampled_from([30.0, 60.0]))
-def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed):
+def test_another_trim_than_in_the_map_is_named_and_nothing_is_written():
+    rig = Rig()
+    rig.board.ram[0x90 + 20 * 18 + 2 : 0x90 + 20 * 18 + 4] = b'\0\0'
+    with pytest.raises(KhrError, match=r'trim: l_ankle_pitch 0 on the board .* l_ankle_pitch -600'):
+        rig.driver.connect()
+    assert rig.driver.state == 'disconnected' and rig.board.config.program
+
+
+@settings(max_examples=6)
+@given(
+    st.lists(st.floats(0, 1), min_size=17, max_size=17),
+    st.sampled_from([10.0, 30.0, 60.0]),
+    st.sampled_from([5.0, 60.0]),
+)
+def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed, later):
+    """Also if another speed is set on the way."""
     low, high = ([radians(90) * (servo.limits[i] > 0) - radians(90) * (servo.limits[i] < 0)
                   for servo in MAP.servos.values()] for i in (0, 1))  # fmt: skip
     goal = [
@@ -64,6 +77,8 @@ def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed):
     before, fastest = rig.targets, 0.0
     while rig.driver.state == 'ramping':
         rig.period(goal)
+        if rig.board.robot.cycles == 20:
+            rig.driver.parameters = rig.parameters(ramp_speed_deg_s=later)
         fastest = max(fastest, *(abs(a - b) for a, b in zip(rig.targets, before, strict=True)))
         before = rig.targets
     assert fastest <= radians(speed) * PERIOD + 1.01 * COUNT
@@ -263,8 +278,10 @@ def test_a_low_battery_ends_it_after_half_a_second(rig):
     assert rig.targets == [None] * 17
 
 
-def test_time_with_torque_is_limited():
-    rig = Rig(torque_time=2.0)
+@pytest.mark.parametrize('late', [1.0, 2.0])
+def test_time_with_torque_is_limited(late):
+    """By the clock: periods may come late."""
+    rig = Rig(torque_time=2.0, late=late)
     rig.driver.connect()
     rig.driver.start()
     for _ in range(300):

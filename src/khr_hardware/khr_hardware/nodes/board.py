@@ -107,6 +107,7 @@ class BoardNode(KhrNode):
         self._punctuality = Punctuality()
         self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
         self._read_at = self._published = self._asked = self._reported = float('-inf')
+        self._recent: dict[int, float] = {}  # stamps within command_timeout, and when they were sent
         self._real_time = ask_for_real_time(own.priority)
         self._enter('waiting')
         self.by_wall_clock(own.control_period, self._on_period)
@@ -157,7 +158,7 @@ class BoardNode(KhrNode):
         if self.state == 'running':
             self._punctuality.tick(now, own.control_period, 1.0)
         answered = self._answered
-        driver.step(*self._fresh_inputs())
+        driver.step(*self._fresh_inputs(now))
         if answered:
             self._to_servo.add(time.monotonic() - self._read_at)
         if self.state == 'waiting' and driver.state == 'running':
@@ -193,13 +194,21 @@ class BoardNode(KhrNode):
             for source, answer in self._answers.items()
         )
 
-    def _fresh_inputs(self) -> tuple[list[float] | None, list[dict[str, float]]]:
-        """Return the newest reference and corrections that are within ``command_timeout``."""
-        oldest = self.now_ns - round(self.parameters.command_timeout * 1e9)
-        fresh = {
-            source: answer for source, answer in self._answers.items() if answer.stamp_ns >= oldest
-        }
+    def _fresh_inputs(self, now: float) -> tuple[list[float] | None, list[dict[str, float]]]:
+        """Return the newest reference and corrections that are within ``command_timeout``.
+
+        Their age is of wall time, because late periods do not count. Before the clock runs there
+        is only the reference for its start.
+        """
+        fresh = self._answers
         if self.state == 'running':
+            oldest = now - self.parameters.command_timeout
+            self._recent = {at: sent for at, sent in self._recent.items() if sent >= oldest}
+            fresh = {
+                source: answer
+                for source, answer in self._answers.items()
+                if answer.stamp_ns in self._recent
+            }
             self._punctuality.stale += len(self._answers) - len(fresh)
         reference = fresh.get(GAIT)
         corrections = [
@@ -211,7 +220,7 @@ class BoardNode(KhrNode):
 
     def _publish(self) -> None:
         driver, outputs = self.driver, self._outputs
-        self._published = time.monotonic()
+        self._published = self._recent[self.now_ns] = time.monotonic()
         self._send(CLOCK)
         self._send(JOINT_STATES, *driver.pose)
         if GYRO in outputs:
