@@ -41,7 +41,8 @@ class BoardDriver:
     Attributes:
         state: see the module.
         reason: of the state ``fault``; empty otherwise.
-        pose: last measured joint angles, rad.
+        pose: last measured joint angles, rad; the targets while the servos have torque and no
+            position is read.
         ad: AD readings of the last period minus their references, steps.
         battery: voltage, V.
         starved: whether the driver holds because no reference is recent enough.
@@ -59,6 +60,7 @@ class BoardDriver:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.parameters = parameters
+        self._clock = clock
         self.client = client
         self.map = joint_map
         self.state, self.reason = 'disconnected', ''
@@ -82,11 +84,24 @@ class BoardDriver:
     def connect(self) -> Inspection:
         """Read the board and stop its ROM program and mixings; trims are not changed.
 
+        The LED is switched off, by which a restart shows even if the board's own configuration is
+        otherwise the driver's.
+
         Raises:
             BoardError: if the board or a servo of the map does not answer.
+            KhrError: if a trim differs from the map; then nothing is written.
         """
         seen = inspect(self.client, self.map)
         self.pose = seen.pose(self.map)
+        differing = seen.differing_trims(self.map)
+        if differing:
+            found = ', '.join(
+                f'{joint} {own} (map: {expected})' for joint, (own, expected) in differing.items()
+            )
+            raise KhrError(
+                f'trims on the board: {found} not accepted; accepted: those of the map: correct '
+                'the map, or the project on the board'
+            )
         self._trims = {ics: record.trim for ics, record in seen.records.items()}
         self._battery_reference = seen.references[0]
         if self.feedback:
@@ -94,23 +109,11 @@ class BoardDriver:
         config = seen.config.quiet().with_cycle(self.parameters.control_period).without_led()
         silence(self.client, seen, config)
         self._config = config
-        The LED is switched off, by which a restart shows even if the board's own configuration is
-        otherwise the driver's.
-
         self._update_sensors(seen.ad)
         self.state = 'idle'
-            KhrError: if a trim differs from the map; then nothing is written.
         return seen
 
     def start(self) -> None:
-        differing = seen.differing_trims(self.map)
-        if differing:
-            found = ', '.join(f'{joint} {own} on the board' for joint, (own, _) in differing.items())
-            wanted = ', '.join(f'{joint} {trim}' for joint, (_, trim) in differing.items())
-            raise KhrError(
-                f'trim: {found} is not accepted; accepted: that of the map, {wanted}: correct the '
-                'map or the project on the board'
-            )
         """Switch the torque on at the measured pose and start the ramp to the reference.
 
         Raises:
@@ -140,6 +143,8 @@ class BoardDriver:
                 self.free()  # the board may have received the move nevertheless
                 raise
         self._begin, self._ramped = list(self._target), 0.0
+        # of the whole ramp: with another one the share of the way done would be another
+        self._ramp_speed = radians(self.parameters.ramp_speed_deg_s)
         self._failed_writes = self._failed_reads = 0
         self.state = 'ramping'
 
@@ -148,11 +153,14 @@ class BoardDriver:
 
         Raises:
             KhrError: if the servos have no torque.
+            BoardError: if the board's loop could not be removed; the state is then ``fault``.
         """
         if self.state not in TORQUE_STATES:
             raise KhrError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE_STATES)}')
         self.state = 'holding'
         self._end_feedback()
+        if self.state != 'holding':
+            raise BoardError(self.reason)
 
     def free(self) -> None:
         """Switch the torque off in any state.
@@ -167,14 +175,11 @@ class BoardDriver:
             except BoardError as error:
                 if not left or self.client.closed:
                     self._fail(f'the servos could not be freed: {error}')
-            BoardError: if the board's loop could not be removed; the state is then ``fault``.
                     raise
         self.state, self.reason = 'idle', ''
         self._end_feedback()
 
     def leave(self) -> None:
-        if self.state != 'holding':
-            raise BoardError(self.reason)
         """Free or hold the servos at the end, as ``at_exit`` selects.
 
         Raises:
@@ -242,6 +247,8 @@ class BoardDriver:
                 joint, servo = list(self.map.servos.items())[self._turn]
                 self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
                 self._turn = (self._turn + 1) % len(JOINTS)
+            if not self.parameters.positions_per_period:
+                self._suppose_pose()
             self._checked += 1
             changed = (
                 self._checked % CONFIG_CHECK_PERIODS == 0 and self.client.config() != self._config
@@ -260,13 +267,13 @@ class BoardDriver:
     def _ramp(self, reference: Sequence[float]) -> list[float]:
         """Return the next target of the cosine ramp, limited in speed, to a reference."""
         way = max(abs(goal - begin) for goal, begin in zip(reference, self._begin, strict=True))
-        time = pi / 2.0 * way / radians(self.parameters.ramp_speed_deg_s)
+        duration = pi / 2.0 * way / self._ramp_speed
         self._ramped += self.parameters.control_period
-        if self._ramped >= time:
+        if self._ramped >= duration:
             if self._raise_feedback():
                 self.state = 'running'
             return list(reference)
-        share = (1.0 - cos(pi * self._ramped / time)) / 2.0
+        share = (1.0 - cos(pi * self._ramped / duration)) / 2.0
         return [
             begin + share * (goal - begin)
             for goal, begin in zip(reference, self._begin, strict=True)
@@ -293,12 +300,15 @@ class BoardDriver:
             self._fail(f'the feedback could not be removed: {error}')
 
     def _limit_target(self, joint: str, goal: float, last: float) -> float:
-        """Limit a target to the joint's range and the servo's no-load speed."""
+        """Limit a target to the joint's range and the servo's no-load speed.
+
+        A joint that started beyond a limit returns as slowly as its goal does, never further out.
+        """
         if not isfinite(goal):
             return last
         low, high = self.map.servos[joint].limits
         most = NO_LOAD_SPEED * self.parameters.control_period
-        return min(max(goal, last - most, low), last + most, high)
+        return min(max(goal, last - most, min(low, last)), last + most, max(high, last))
 
     def _move(self) -> None:
         if self.parameters.dry_run:

@@ -106,11 +106,15 @@ class BoardParameters:
         choices=('free', 'hold'),
     )
     ramp_speed_deg_s: float = parameter(
-        30.0, 'Largest speed of a joint on the ramp to the first reference.', '[1, 60] deg/s'
+        30.0,
+        'Largest speed of a joint on the ramp to the first reference; a change acts from the next '
+        'start.',
+        '[1, 60] deg/s',
     )
     positions_per_period: int = parameter(
         4,
-        'Number of servo positions read in each period, in turn; a read takes about 1 ms.',
+        'Number of servo positions read in each period, in turn; a read takes about 1 ms. With 0 '
+        'the topic joint_states has the targets.',
         '[0, 17]',
     )
     battery_warn: float = parameter(

@@ -14,7 +14,7 @@ from khr_hardware.errors import BoardError
 from khr_hardware.inspection import hold_pose
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import SHORTEST, refusal
-from khr_hardware.protocol.memory import AD_CHANNELS, Mixing
+from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, Mixing
 from tests.fakes.boards import STANCE, Rig
 
 MAP = JointMap.load()
@@ -50,7 +50,7 @@ def test_a_missing_servo_is_named_and_nothing_is_written():
 def test_another_trim_than_in_the_map_is_named_and_nothing_is_written():
     rig = Rig()
     rig.board.ram[0x90 + 20 * 18 + 2 : 0x90 + 20 * 18 + 4] = b'\0\0'
-    with pytest.raises(KhrError, match=r'trim: l_ankle_pitch 0 on the board .* l_ankle_pitch -600'):
+    with pytest.raises(KhrError, match=r'l_ankle_pitch 0 \(map: -600\) not accepted'):
         rig.driver.connect()
     assert rig.driver.state == 'disconnected' and rig.board.config.program
 
@@ -101,6 +101,28 @@ def test_it_starts_only_from_within_its_limits_and_with_a_battery():
         rig.driver.start()
     with pytest.raises(KhrError, match='hold: not while idle'):
         rig.driver.hold()
+
+
+def test_a_joint_beyond_its_limit_returns_no_faster_than_the_others():
+    rig = Rig()
+    knee, start = JOINTS.index('l_knee'), -round(4.9 / COUNT_DEG)
+    rig.board.robot.positions[16] = 7500 - 1780 + start
+    rig.board.sample()
+    rig.driver.connect()
+    rig.driver.start()
+    rig.board.cycle()
+    assert rig.targets[knee] == pytest.approx(start * COUNT)
+    before, fastest = rig.targets, 0.0
+    while rig.driver.state == 'ramping':
+        rig.period()
+        fastest = max(fastest, *(abs(a - b) for a, b in zip(rig.targets, before, strict=True)))
+        assert rig.targets[knee] >= before[knee]
+        before = rig.targets
+    assert fastest <= radians(30.0) * PERIOD + 1.01 * COUNT
+    rig.period([0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
+    for _ in range(50):
+        rig.period([0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
+    assert rig.targets[knee] == 0.0, 'once within its limit, it stays there'
 
 
 def test_corrections_are_added_and_no_target_leaves_its_limits_or_outruns_its_servo(rig):
@@ -286,6 +308,9 @@ def test_time_with_torque_is_limited(late):
     rig.driver.start()
     for _ in range(300):
         rig.period()
+        if rig.driver.state == 'fault':
+            break
+    assert rig.now() == pytest.approx(2.0, abs=0.1)
     assert rig.driver.state == 'fault' and 'with torque' in rig.driver.reason
     assert rig.targets == [None] * 17
 
@@ -299,12 +324,6 @@ def test_a_dry_run_gives_no_servo_torque():
     assert rig.driver.state == 'running' and rig.targets == [None] * 17
 
 
-def test_every_position_is_read_in_turn(rig):
-    rig.run()
-    for _ in range(5):
-        rig.period()
-    assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
-    assert rig.driver.battery == pytest.approx(11.1, abs=0.02)
 def test_without_reading_positions_the_pose_is_the_target():
     """And not the one from before the ramp."""
     rig = Rig(positions_per_period=0)
@@ -327,3 +346,9 @@ def test_holding_in_place_stops_what_would_move_the_servos():
     assert not rig.board.config.program and not rig.board.config.jumps
 
 
+def test_every_position_is_read_in_turn(rig):
+    rig.run()
+    for _ in range(5):
+        rig.period()
+    assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
+    assert rig.driver.battery == pytest.approx(11.1, abs=0.02)

@@ -107,7 +107,7 @@ class BoardNode(KhrNode):
         self._punctuality = Punctuality()
         self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
         self._read_at = self._published = self._asked = self._reported = float('-inf')
-        self._recent: dict[int, float] = {}  # stamps within command_timeout, and when they were sent
+        self._recent: dict[int, float] = {}  # when the stamps within command_timeout were sent
         self._real_time = ask_for_real_time(own.priority)
         self._enter('waiting')
         self.by_wall_clock(own.control_period, self._on_period)
@@ -180,13 +180,13 @@ class BoardNode(KhrNode):
             self._reported = now
             self._report()
 
-    @property
     def _end(self) -> None:
         """Hold the robot at the end of the run; a fault of the driver ends it otherwise."""
         with suppress(BoardError):
             self.driver.hold()
             self._enter('finished', end='duration')
 
+    @property
     def _answered(self) -> bool:
         """Return whether this period writes a correction for the newest sample."""
         return self.state == 'running' and any(
@@ -305,6 +305,7 @@ class BoardNode(KhrNode):
                 'sync': self.parameters.sync,
                 'real_time_priority': 'granted' if self._real_time else 'none',
                 'battery_v': f'{driver.battery:.2f}',
+                'joint_states': 'measured' if self.parameters.positions_per_period else 'targets',
                 'holds_for_want_of_a_reference': str(driver.starved).lower(),
                 'missed_periods': str(self._punctuality.late),
                 'stale_corrections': str(self._punctuality.stale),
