@@ -58,6 +58,16 @@ def khr(monkeypatch, capsys, *arguments):
             ['run', 'walk_0deg', '--set', 'gain=3'],
             ['ankle_controller.gain or hip_controller.gain'],
         ),
+        *(
+            (['board', 'serve', 'stand_0deg', '--link', 'rcb4', option, value], [option, bound])
+            for option, value, bound in (
+                ('--duration', '-1', '0'),
+                ('--duration', 'nan', '0'),
+                ('--reply-ms', '-5', '0'),
+                ('--byte-us', 'nan', '0'),
+                ('--priority', '500', '99'),
+            )
+        ),
     ],
 )
 def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):

@@ -114,7 +114,10 @@ def hold(
     baud: BaudOption = 0,
     domain: RunningDomainOption = None,
 ) -> None:
-    """Switch the torque on at the present angles (on a stand), or hold the posture in a run."""
+    """Switch the torque on at the present angles (on a stand), or hold the posture in a run.
+
+    With a port, the ROM program and the mixings of the board are stopped first.
+    """
     if not port:
         _ask_run('hold', domain)
         return
@@ -131,7 +134,7 @@ def free(
     baud: BaudOption = 0,
     domain: RunningDomainOption = None,
 ) -> None:
-    """Switch the torque of all servos off: a standing robot falls, and a run ends."""
+    """Switch the torque off: a standing robot falls, and a run that has begun ends."""
     if not port:
         _ask_run('free', domain)
         return
@@ -207,12 +210,14 @@ def serve(
         typer.Option('--stepped', help='No clock: an output cycle passes with each move command.'),
     ] = False,
     duration: Annotated[
-        float, typer.Option(help='Wall seconds to serve; 0 goes on until stopped.')
+        float, typer.Option(min=0.0, help='Wall seconds to serve; 0 goes on until stopped.')
     ] = 0.0,
     priority: Annotated[
         int,
         typer.Option(
-            help='Real-time priority, at most that of ulimit -r; 0 for normal scheduling.'
+            min=0,
+            max=99,
+            help='Real-time priority, at most that of ulimit -r; 0 for normal scheduling.',
         ),
     ] = 60,
     fault: Annotated[
@@ -228,10 +233,13 @@ def serve(
         ),
     ] = False,
     reply_ms: Annotated[
-        float, typer.Option(help='With --wire, the time that the board itself takes, ms.')
+        float, typer.Option(min=0.0, help='With --wire, the time that the board itself takes, ms.')
     ] = 0.72,
     byte_us: Annotated[
-        float, typer.Option(help='With --wire, the further time for each byte that is read, us.')
+        float,
+        typer.Option(
+            min=0.0, help='With --wire, the further time for each byte that is read, us.'
+        ),
     ] = 54.0,
     set_: SetOption = None,
 ) -> None:
