@@ -91,7 +91,7 @@ class RestingPath:
     """The minimum-jerk path that rests at every position: quintics, C2.
 
     Args:
-        times: at least two, increasing, (N,).
+        times: increasing, (N,); a single one is a rest.
         places: positions at these times, (N,).
     """
 
@@ -105,6 +105,8 @@ class RestingPath:
 
     def __call__(self, time: Array) -> Array:
         """Return the positions (M,) at times (M,), constant beyond both ends."""
+        if len(self._times) == 1:
+            return np.full(len(time), self._places[0])
         piece = _piece(self._times, time)
         span, way = np.diff(self._times)[piece], np.diff(self._places)[piece]
         u = np.clip((time - self._times[piece]) / span, 0.0, 1.0)

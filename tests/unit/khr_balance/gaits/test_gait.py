@@ -47,6 +47,15 @@ def test_timing_is_that_of_the_slow_walk(walk):
     assert walk.cycle(3) == pytest.approx((1.0 + 2.5 * 2.31, 1.0 + 3.5 * 2.31))
 
 
+@pytest.mark.parametrize('first', ['left', 'right'])
+def test_a_walk_without_whole_cycles_has_its_first_and_last_step(first):
+    short = gait(cycles=0, first_foot=first)
+    assert short.duration == pytest.approx(1.0 + 2.31 + 1.0)
+    moved = np.subtract(short.reference(1.0 + 2.31 / 2.0), short.reference(0.0))
+    assert 0.1 < np.abs(moved).max() < 1.5
+    assert short.reference(short.duration) == pytest.approx(short.reference(0.0), abs=1e-9)
+
+
 @pytest.mark.parametrize('motion', ['stand', 'guard'])
 def test_a_motion_without_duration_is_refused(motion):
     with pytest.raises(GaitError, match=r'start_delay and end_pause: 0 s of standing'):
