@@ -8,6 +8,7 @@ from math import radians
 import numpy as np
 import pytest
 
+from khr_balance.errors import GaitError
 from khr_balance.gaits.body import ROBOT, forward
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -65,6 +66,15 @@ class Played:
 def fall(sign=1.0, seconds=8.0):
     """Return the rates of a fall until the foot lands, and rest after it."""
     return [STILL] * 10 + [sign * FAST] * 12 + [STILL] * round(seconds / PERIOD)
+
+
+def test_a_step_that_the_legs_do_not_reach_is_refused_before_it_is_taken():
+    node, long = Recovery(TABLE), replace(TABLE, step_length=(0.15, 0.15))
+    node.update(0.0, signals(STILL))
+    with pytest.raises(GaitError, match='leg'):
+        node.check(long)
+    node.check(TABLE)
+    node.configure(TABLE)
 
 
 @pytest.mark.parametrize('rate', [0.0, radians(44.0), radians(-44.0)])
