@@ -8,6 +8,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from io import TextIOWrapper
 from threading import Timer
 from typing import Any, NoReturn
@@ -23,9 +24,7 @@ def main() -> None:
     SIGTERM or SIGHUP.
     """
     enter()
-    # At its end the interpreter restores the default actions, but not an ignored signal: a late one
-    # would end the process with another exit code than the command's.
-    atexit.register(_handle_signals, signal.SIG_IGN)
+    atexit.register(_end)  # before all others, so that it is called last
     _handle_signals(_exit_at_once)  # nothing has started yet
     try:
         from typer.exceptions import TyperException
@@ -45,7 +44,7 @@ def main() -> None:
     ):  # a path may hold characters that the terminal cannot show
         sys.stdout.reconfigure(errors='backslashreplace')
     try:
-        sys.exit(verbs(standalone_mode=False) or 0)
+        _exit(verbs(standalone_mode=False) or 0)
     except TyperException as error:
         _leave(_usage(error), error.exit_code)
     except RunError as error:
@@ -65,6 +64,26 @@ def main() -> None:
 
 
 _interrupted: list[int] = []  # signals received
+_codes: list[int] = []  # with which the command exits
+
+
+def _end() -> None:
+    """Keep the exit code of the command, whatever signals come or came."""
+    # At its end the interpreter restores the default actions, but not an ignored signal: a late one
+    # would end the process with another code.
+    _handle_signals(signal.SIG_IGN)
+    # Once a KeyboardInterrupt has left an exec() of a text, as modules have in their imports, the
+    # interpreter ends by SIGINT, though it was caught.
+    if _interrupted and _codes:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # whoever read it is gone
+                stream.flush()
+        os._exit(_codes[-1])
+
+
+def _exit(code: int) -> NoReturn:
+    _codes.append(code)
+    sys.exit(code)
 
 
 def _handle_signals(handler: Callable[..., None] | signal.Handlers) -> None:
@@ -113,7 +132,7 @@ def _usage(error: Any) -> str:
 def _leave(text: str, code: int) -> NoReturn:
     if text:
         print(f'khr: {text}', file=sys.stderr)
-    sys.exit(code)
+    _exit(code)
 
 
 if __name__ == '__main__':

@@ -300,6 +300,30 @@ def test_a_signal_at_the_end_of_the_interpreter_leaves_the_exit_code(number):
     assert done.stdout.startswith(b'khr ')
 
 
+CAUGHT = """
+import os, sys
+from khr.cli import app, command
+
+def verb(standalone_mode):
+    try:
+        exec('import os; os.kill(os.getpid(), {number}); [None for _ in range(10**6)]')
+    except KeyboardInterrupt:
+        return 130
+
+app.app = lambda first: verb
+sys.argv = ['khr', 'run']
+command.main()
+"""
+
+
+@pytest.mark.parametrize('number', [int(signal.SIGINT), int(signal.SIGTERM)])
+def test_an_interruption_within_an_exec_of_an_import_leaves_the_exit_code(number, tmp_path):
+    (tmp_path / 'caught.py').write_text(CAUGHT.format(number=number))
+    words = [sys.executable, '-m', 'caught']
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (130, b'')
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'locale'),
