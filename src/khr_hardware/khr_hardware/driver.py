@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from math import cos, isfinite, pi, radians
+from math import isfinite, radians
 
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
@@ -20,6 +20,7 @@ from khr_hardware.inspection import Inspection, inspect, silence
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config
+from khr_hardware.ramp import Ramp
 
 MAX_FAILED_WRITES, MAX_FAILED_READS = 3, 10  # consecutive failures that lead to fault
 FREE_ATTEMPTS = 10  # on a silent board they take about a second
@@ -74,8 +75,7 @@ class BoardDriver:
         self._config = Config(0)
         self._checked = 0
         self._target = list(self.pose)
-        self._begin: list[float] = []
-        self._ramped = self._ramp_speed = 0.0
+        self._ramp: Ramp | None = None  # of the last start
         self._torque_since = 0.0
         self._low_since: float | None = None  # None with a good battery
         self._failed_writes = self._failed_reads = 0
@@ -93,15 +93,7 @@ class BoardDriver:
         """
         seen = inspect(self.client, self.map)
         self.pose = seen.pose(self.map)
-        differing = seen.differing_trims(self.map)
-        if differing:
-            found = ', '.join(
-                f'{joint} {own} (map: {expected})' for joint, (own, expected) in differing.items()
-            )
-            raise KhrError(
-                f'trims on the board: {found} not accepted; accepted: those of the map: correct '
-                'the map, or the project on the board'
-            )
+        seen.check_trims(self.map)
         self._trims = {ics: record.trim for ics, record in seen.records.items()}
         self._battery_reference = seen.references[0]
         if self.feedback:
@@ -142,9 +134,7 @@ class BoardDriver:
             except BoardError:
                 self.free()  # the board may have received the move nevertheless
                 raise
-        self._begin, self._ramped = list(self._target), 0.0
-        # of the whole ramp: with another one the share of the way done would be another
-        self._ramp_speed = radians(self.parameters.ramp_speed_deg_s)
+        self._ramp = Ramp(self._target, radians(self.parameters.ramp_speed_deg_s))
         self._failed_writes = self._failed_reads = 0
         self.state = 'ramping'
 
@@ -218,7 +208,7 @@ class BoardDriver:
         self.starved = reference is None
         goal = list(self._target)
         if reference is not None and self.state == 'ramping':
-            goal = self._ramp(reference)
+            goal = self._ramped(reference)
         elif reference is not None and self.state == 'running':
             goal = _add_corrections(reference, corrections)
             self._raise_feedback()
@@ -247,8 +237,8 @@ class BoardDriver:
                 joint, servo = list(self.map.servos.items())[self._turn]
                 self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
                 self._turn = (self._turn + 1) % len(JOINTS)
-            if not self.parameters.positions_per_period:
-                self._suppose_pose()
+            if self._moves_unread:
+                self.pose = list(self._target)
             self._checked += 1
             changed = (
                 self._checked % CONFIG_CHECK_PERIODS == 0 and self.client.config() != self._config
@@ -264,20 +254,13 @@ class BoardDriver:
         elif self.state in TORQUE_STATES and self._low_for > LOW_BATTERY_TIME:
             self._stop_at_limit(f'battery at {self.battery:.2f} V')
 
-    def _ramp(self, reference: Sequence[float]) -> list[float]:
-        """Return the next target of the cosine ramp, limited in speed, to a reference."""
-        way = max(abs(goal - begin) for goal, begin in zip(reference, self._begin, strict=True))
-        duration = pi / 2.0 * way / self._ramp_speed
-        self._ramped += self.parameters.control_period
-        if self._ramped >= duration:
-            if self._raise_feedback():
-                self.state = 'running'
-            return list(reference)
-        share = (1.0 - cos(pi * self._ramped / duration)) / 2.0
-        return [
-            begin + share * (goal - begin)
-            for goal, begin in zip(reference, self._begin, strict=True)
-        ]
+    def _ramped(self, reference: Sequence[float]) -> list[float]:
+        """Return the next target on the ramp; after it the robot runs once its loop is raised."""
+        assert self._ramp is not None
+        target = self._ramp.advance(reference, self.parameters.control_period)
+        if target is None and self._raise_feedback():
+            self.state = 'running'
+        return list(reference) if target is None else target
 
     def _raise_feedback(self) -> bool:
         """Raise the ratios of the board's loop; return whether they have reached their targets."""
@@ -334,10 +317,11 @@ class BoardDriver:
         """Return for how long the battery has been low, s."""
         return 0.0 if self._low_since is None else self._clock() - self._low_since
 
-    def _suppose_pose(self) -> None:
-        """Take the targets for the pose while no position is read."""
-        if self.state in TORQUE_STATES and not self.parameters.dry_run:
-            self.pose = list(self._target)
+    @property
+    def _moves_unread(self) -> bool:
+        """Return whether the servos follow the targets and no position is read."""
+        own = self.parameters
+        return self.state in TORQUE_STATES and not (own.positions_per_period or own.dry_run)
 
     def _stop_at_limit(self, reason: str) -> None:
         """Free or hold the servos after a limit is exceeded, and enter ``fault``."""

@@ -46,6 +46,22 @@ class Inspection:
             if servo.ics in self.records and self.records[servo.ics].trim != servo.trim
         }
 
+    def check_trims(self, joint_map: JointMap) -> None:
+        """Compare the trims with those of a map.
+
+        Raises:
+            KhrError: if one differs.
+        """
+        found = ', '.join(
+            f'{joint} {own} (map: {expected})'
+            for joint, (own, expected) in self.differing_trims(joint_map).items()
+        )
+        if found:
+            raise KhrError(
+                f'trims on the board: {found} not accepted; accepted: those of the map: correct '
+                'the map, or the project on the board'
+            )
+
     def mixings(self) -> dict[int, list[memory.Mixing]]:
         """Return the active mixings by ICS number."""
         found = {
@@ -84,7 +100,7 @@ def silence(client: Client, seen: Inspection, config: Config) -> None:
 
     Args:
         client: of the board.
-        seen: what was read from it.
+        seen: its state before.
         config: to write, if it differs; with the ROM program off.
 
     Raises:
