@@ -23,6 +23,7 @@ from khr.agent import (
     observation_space,
 )
 from khr.arguments import checked
+from khr.runs import named
 from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS, Referee
 from khr_bringup.bout.bout import Bout, load_bout
 from khr_common import KhrError
@@ -232,8 +233,7 @@ def bout_env(
         >>> {agent: observation.shape for agent, observation in observations.items()}
         {'red': (28,), 'blue': (28,)}
     """
-    changes = dict(set or {}) | ({'simulator.engine': engine} if engine is not None else {})
-    return BoutEnv(_changed(load_bout(str(bout)), changes))
+    return BoutEnv(_changed(load_bout(str(bout)), named(set, engine=engine)))
 
 
 def _changed(bout: Bout, changes: Mapping[str, Any]) -> Bout:

@@ -223,9 +223,13 @@ def prepared(
     base = (
         scenario if isinstance(scenario, Scenario) else scenario_files.load_scenario(str(scenario))
     )
+    return base.changed(changes_of(named(set, **of_simulator)))
+
+
+def named(set: Mapping[str, Any] | None = None, **of_simulator: Any) -> dict[str, Any]:
+    """Return changes by ``node.parameter``, with those of the simulator that are not None."""
     stated = {key: value for key, value in of_simulator.items() if value is not None}
-    named = {f'simulator.{key}': value for key, value in stated.items()}
-    return base.changed(changes_of({**(set or {}), **named}))
+    return {**(set or {}), **{f'simulator.{key}': value for key, value in stated.items()}}
 
 
 def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:

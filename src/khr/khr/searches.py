@@ -119,7 +119,7 @@ def condition_of(
     Raises:
         KhrError: if a value is not accepted, or is one that the search sets.
     """
-    from khr.runs import changes_of
+    from khr.runs import changes_of, named
     from khr_bringup.scenario.robots import constants_of
     from khr_common.checks import one_of
     from khr_common.errors import KhrError
@@ -131,16 +131,14 @@ def condition_of(
             f'--surface: {surface!r} is not accepted with leg_lift, which is always on the pads; '
             'accepted: smooth, the default'
         )
-    own = {**(set or {}), **({'simulator.engine': engine} if engine is not None else {})}
-    changes, constants = changes_of(own), constants_of(robot) if robot else {}
-    for option, given in (('--set', changes), ('--robot', constants)):
-        for node, key in SEARCHED:
-            if (node, key) in given:
-                raise KhrError(
-                    f'{option}: {node}.{key}={given[node, key]} is not accepted: the search sets '
-                    'it; accepted: other parameters'
-                )
-    changes = constants | changes
+    own, constants = changes_of(named(set, engine=engine)), constants_of(robot) if robot else {}
+    for option, given in (('--set', own), ('--robot', constants)):
+        for node, key in given.keys() & SEARCHED:
+            raise KhrError(
+                f'{option}: {node}.{key}={given[node, key]} is not accepted: the search sets it; '
+                'accepted: other parameters'
+            )
+    changes = constants | own
     return Condition(motion, ankle_gain, hip_gain, surface, tuple(changes.items()), uphill)
 
 

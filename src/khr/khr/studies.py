@@ -14,7 +14,7 @@ import pyarrow as pa
 from pydantic import InstanceOf
 
 from khr.arguments import checked
-from khr.runs import RunResult, changes_of, prepared
+from khr.runs import RunResult, changes_of, named, prepared
 from khr_analysis.sampling import LEAST, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
@@ -141,7 +141,7 @@ def sweep(
         >>> found['verdict'].to_pylist()
         ['stood', 'stood']
     """
-    chosen = {**(set or {}), **({'simulator.engine': engine} if engine is not None else {})}
+    chosen = named(set, engine=engine)
     request: dict[str, Any] = {
         'scenario': str(scenario),
         'grid': {name: _values(name, values) for name, values in grid.items()},

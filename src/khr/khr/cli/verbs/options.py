@@ -149,7 +149,7 @@ def settings_of(
     found = [*(texts or [])]
     for node, gain in (('ankle_controller', ka), ('hip_controller', kh)):
         if gain is not None:
-            on = gain != 0.0  # the parameter refuses what is no gain
+            on = gain != 0.0  # the parameter itself refuses negative gains and nan
             found += [f'{node}.gain={gain!r}'] * on + [f'{node}.enabled={str(on).lower()}']
     return found + ([f'simulator.engine={engine}'] if engine is not None else [])
 
