@@ -207,6 +207,7 @@ SPECTRUM = Topic(
     'spectrum', 'std_msgs/msg/Float64MultiArray', 'Spectrum of the pitch rate.', 'event'
 )
 PEAKS = Topic('spectrum/peaks', STATUS_ARRAY, 'Its labelled peaks.', 'event')
+RATE_AMPLITUDE = 'amplitude_rad_s'  # name of amplitudes in both, of an angular velocity
 OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 'latched')
 
 # Bouts.

@@ -12,14 +12,15 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from khr_analysis.quantities import QUANTITIES, stamp_of
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common.block import NodeSpec
-from khr_common.interfaces import GYRO, IMU, PEAKS, SPECTRUM
+from khr_common.interfaces import GYRO, IMU, PEAKS, RATE_AMPLITUDE, SPECTRUM
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp, status
 from khr_common.run_identity import MalformedError
 from khr_common.stamps import RunTime, StampSequence
 
 QUIET = 10.0  # s of wall time between warnings
-RATE, OTHER = 'amplitude_rad_s', 'amplitude'  # of an Imu, and of another type in its unit
+# name and unit of the amplitudes of an Imu, and of another type, in the unit of its messages
+RATE, OTHER = (RATE_AMPLITUDE, ' rad/s'), ('amplitude', '')
 
 
 class FftAnalyserNode(Listener):
@@ -90,9 +91,9 @@ class FftAnalyserNode(Listener):
                 f'window emptied: {self._analyser.reason}', throttle_duration_sec=QUIET
             )
         if spectrum is not None:
-            rate = self.parameters.input_type == IMU
-            self._spectrum.publish(_array(spectrum, RATE if rate else OTHER))
-            peaks = _peaks(spectrum, *((RATE, ' rad/s') if rate else (OTHER, '')))
+            amplitude, unit = RATE if self.parameters.input_type == IMU else OTHER
+            self._spectrum.publish(_array(spectrum, amplitude))
+            peaks = _peaks(spectrum, amplitude, unit)
             restamp(peaks.header.stamp, stamp_ns)
             self._peaks.publish(peaks)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, place_in_gait
 from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
+from khr_common.interfaces import RATE_AMPLITUDE
 from khr_common.run_identity import MalformedError
 from khr_common.status_values import real
 
@@ -62,14 +63,13 @@ def peaks_in(array: Any) -> list[PlacedPeak]:
     peaks = []
     for status in array.status[:MOST_PEAKS]:
         values = {pair.key: pair.value for pair in status.values}
-        at, amplitude = real(values, 'frequency_hz'), real(values, AMPLITUDE)
+        at, amplitude = real(values, 'frequency_hz'), real(values, RATE_AMPLITUDE)
         if not 0.0 <= at <= HIGHEST:
             raise MalformedError(f'frequency_hz is not within 0 and {HIGHEST:g}')
         peaks.append(PlacedPeak(at, amplitude))
     return peaks
 
 
-AMPLITUDE = 'amplitude_rad_s'
 ROWS = 3  # of a spectrum: frequency, amplitude, phase
 
 
@@ -84,8 +84,8 @@ def bins_in(message: Any) -> tuple[Array, Array]:
     """
     numbers = np.array(message.data, dtype=float)
     labels = [each.label for each in message.layout.dim[:1]]
-    if labels and AMPLITUDE not in labels[0]:
-        raise MalformedError(f'{labels[0]}: not {AMPLITUDE}')
+    if labels and RATE_AMPLITUDE not in labels[0]:
+        raise MalformedError(f'{labels[0]}: not {RATE_AMPLITUDE}')
     if len(numbers) % ROWS or len(numbers) > ROWS * MOST_BINS:
         raise MalformedError(f'not {ROWS} rows')
     frequency, amplitude, _ = numbers.reshape(ROWS, -1)  # too small for a phase
