@@ -39,7 +39,7 @@ def _imu(message: Any) -> Rows:
 
 
 def _joints(message: Any) -> Rows:
-    # a message with more or fewer positions than names does not say whose they are
+    # with more or fewer positions than names, no position belongs to a known joint
     whole = len(message.position) == len(message.name)
     positions = message.position if whole else [nan] * len(message.name)
     return [(str(name), float(value)) for name, value in zip(message.name, positions, strict=True)]

@@ -32,9 +32,7 @@ CROWDED, BATCHED = 0.25, 0.3  # of the mean interval, and share of intervals bel
 # of the mean interval, and of their mean, above and within which short intervals are those of a
 # sensor that measures in bursts: messages that waited for one another come faster or unevenly
 BURST, ALIKE = 0.02, 0.1
-NEAR = (
-    0.25  # of a period, within which every interval may be off whole ones without a look at others
-)
+NEAR = 0.25  # of a period, within which all intervals are whole ones: each is counted by itself
 FOLLOWED = 0.1  # of the delay of a timestamp, by which the grid that places are read on shifts
 ROUNDING = 0.01  # of a period, by which a time on the grid may be off
 MOST = 20_000_000  # samples of a grid
@@ -179,9 +177,8 @@ def _share_in_batches(steps: Array, mean: float) -> float:
     It is 0 for bursts, whose samples were measured evenly, with pauses between them.
     """
     short = steps[steps < CROWDED * mean]
-    within = short[short > 0.0]
-    usual = float(np.median(within)) if len(within) == len(short) > 0 else 0.0
-    if usual > BURST * mean and np.mean(np.abs(within / usual - 1.0) > ALIKE) < ALIKE:
+    usual = float(np.median(short)) if len(short) and short.min() > 0.0 else 0.0
+    if usual > BURST * mean and np.mean(np.abs(short / usual - 1.0) > ALIKE) < ALIKE:
         return 0.0
     return len(short) / len(steps)
 
@@ -245,7 +242,7 @@ def _fit(places: NDArray[np.int64], times: Array) -> tuple[float, float, Array]:
 
 
 def _places(times: Array) -> NDArray[np.int64]:
-    """Return the number of each sample, counted from the first, with those that are missing.
+    """Return the number of each sample, counted from the first; missing samples count as well.
 
     A late timestamp is no missing sample: each is placed on a grid that follows all of them, and
     not by its distance from the one before.

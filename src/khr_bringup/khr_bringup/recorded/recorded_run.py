@@ -59,17 +59,13 @@ def has_messages(path: Path, topics: Iterable[Topic], namespace: str = '') -> bo
     Raises:
         KhrError: if it is no recording, or nothing of it can be read.
     """
-    found, _ = topics_in(path)
+    recorded = [each for each in topics_in(path)[0] if each.messages]
+    if namespace:
+        names = {(full_name(topic, namespace.strip('/')), topic.kind) for topic in topics}
+        return any((each.name, each.kind) in names for each in recorded)
+    ends = [('/' + topic.name.lstrip('/'), topic.kind) for topic in topics]
     return any(
-        each.kind == topic.kind
-        and (
-            each.name == full_name(topic, namespace.strip('/'))
-            if namespace
-            else each.name.endswith('/' + topic.name.lstrip('/'))
-        )
-        for each in found
-        if each.messages
-        for topic in topics
+        each.name.endswith(end) and each.kind == kind for each in recorded for end, kind in ends
     )
 
 
