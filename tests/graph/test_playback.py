@@ -135,7 +135,7 @@ def test_two_runs_stand_side_by_side(walked, fallen, played):
             chart(page, title).wait_for()
         page.get_by_text('Spectrum of the pitch rate of fallen: its recording').wait_for()
         heading = page.locator('[data-khr-title]').get_attribute('data-khr-title')
-        walk = 'Walking downhill at 8.88 deg on the smooth board'
+        walk = 'Walking downhill at 8.88 deg on the smooth surface'
         assert re.match(
             rf'walked: {walk}, K_A 12, at 13.\d\d s\nfallen: {walk}, no control, at 4.\d\d s$',
             heading,

@@ -61,8 +61,8 @@ def test_the_ghost_is_the_attempt_before_until_the_reader_chooses_another():
 
 
 def test_the_heading_of_a_picture_says_scenario_gains_as_they_are_and_time():
-    title = 'Walking downhill at 7.68 deg on the smooth board, ankle gain 12'
-    start = 'Walking downhill at 7.68 deg on the smooth board, '
+    title = 'Walking downhill at 7.68 deg on the smooth surface, ankle gain 12'
+    start = 'Walking downhill at 7.68 deg on the smooth surface, '
     known = run(20.0).known_of_controllers()
     assert heading(title, known, 5.0) == start + 'K_A 20, at 5.00 s'
     assert heading(title, {}, 5.0) == start + 'no control, at 5.00 s'
