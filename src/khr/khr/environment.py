@@ -226,7 +226,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         changes: dict[str, Any] = {}
         for name, value in options.items():
             if name == 'robot':
-                whole = isinstance(value, (int, np.integer))
+                whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
                 if not (whole and 0 <= value < len(self._robots)):
                     raise KhrError(
                         f'robot: {value!r} is not accepted; accepted: integer in '

@@ -54,6 +54,8 @@ def test_options_take_numbers_of_numpy():
     environment = khr.env('stand_0deg', engine='mujoco')
     environment.reset(seed=0, options={'robot': np.int64(1), 'inclination_deg': np.float32(2.0)})
     assert environment.scenario.whole('simulator')['inclination_deg'] == 2.0
+    with pytest.raises(khr.KhrError, match=r'robot: True is not accepted; accepted: integer'):
+        environment.reset(options={'robot': True})
     environment.close()
 
 
