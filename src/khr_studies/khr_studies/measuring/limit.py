@@ -133,6 +133,7 @@ def write_limit(limit: Limit, file: Path) -> None:
         'half_width_deg': limit.half_width,
         'limits_of_seeds_deg': limit.of_seeds,
         'tolerance_deg': limit.tolerance,
+        'ended': limit.ended,
         'runs': json.loads(limit.runs.to_json(orient='records')),
     }
     write_text(file, json.dumps(content, indent=2) + '\n')

@@ -54,7 +54,7 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch, capsys, tmp_path):
     for name in ('runs.csv', 'limit.json'):
         write_limit(limit, tmp_path / name)
     content = json.loads((tmp_path / 'limit.json').read_text())
-    assert content['limit_deg'] == pytest.approx(limit.mean)
+    assert content['limit_deg'] == pytest.approx(limit.mean) and content['ended'] == ''
     assert len(content['runs']) == len(pd.read_csv(tmp_path / 'runs.csv')) == len(limit.runs)
 
 
