@@ -122,8 +122,8 @@ def blocks(findings: Findings) -> list[Block]:
 def _answer(findings: Findings) -> str:
     if findings.scoreboard is None:
         return 'The scoreboard was not measured, so no row of the thesis is judged.'
-    judged = [row for row in findings.scoreboard.rows if row['verdict'] != 'unpublished']
-    return f'{scoreboard.totals(judged)}.' + (f' {scoreboard.QUICK}' if findings.fast else '')
+    summary = f'{scoreboard.summary(findings.scoreboard)}.'
+    return f'{summary} {scoreboard.QUICK}' if findings.fast else summary
 
 
 def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:

@@ -186,12 +186,13 @@ def counts(board: Scoreboard) -> list[dict[str, Any]]:
 
 
 def summary(board: Scoreboard) -> str:
-    """Summarise a scoreboard in one line."""
+    """Summarise a scoreboard in one line; the quick form begins with all that it leaves open."""
     every = count(board.rows)
-    return (
-        f'{totals(board.rows)}; {every["undecided"]} are undecided, {every["unpublished"]} have no '
-        'published number' + (' (one seed)' if board.seeds < ENOUGH else '')
-    )
+    found = f'{totals(board.rows)}; {every["undecided"]} are undecided, '
+    if board.seeds < ENOUGH:
+        found = f'{every["undecided"]} of {every["judged"]} rows are undecided by one seed; '
+        found += f'{totals(row for row in board.rows if row["verdict"] != "undecided")}; '
+    return f'{found}{every["unpublished"]} have no published number'
 
 
 def undecided_text(board: Scoreboard) -> str:
@@ -218,13 +219,14 @@ def undecided_text(board: Scoreboard) -> str:
 
 
 def totals(rows: Iterable[Row]) -> str:
-    """Return in words how many rows of each kind pass."""
+    """Return in words how many rows of each kind pass; kinds without a row are left out."""
     kinds = group_by(rows, itemgetter('kind'))
     counted = {kind: count(kinds.get(kind, ())) for kind in KINDS}
     return '; '.join(
         f'{of["passed"]} of {of["judged"]} {words} pass'
         for (kind, words) in KINDS.items()
         for of in [counted[kind]]
+        if of['judged']
     )
 
 

@@ -328,7 +328,18 @@ def test_one_seed_judges_nothing_that_varies_with_seeds():
     assert {trend_row(row, bench)['verdict'] for row in TRENDS} == {'undecided'}
     board = scoreboard.compare(bench)
     assert {row['verdict'] for row in board.walks} == {'undecided'}
-    assert 'one seed' in summary(board) and QUICK in scoreboard_markdown(board)
+    every = scoreboard_page.count(board.rows)
+    said = summary(board)
+    assert said.startswith(f'{every["undecided"]} of {every["judged"]} rows are undecided by one')
+    predicted = [row for row in board.rows if row['kind'] == 'predicted']
+    passed, decided = (
+        len([row for row in predicted if row['verdict'] in verdicts])
+        for verdicts in (['passed'], ['passed', 'missed'])
+    )
+    assert f'; {passed} of {decided} predictions pass; ' in said
+    none_decided = replace(board, standing=[], limits=[], orders=[], trends=[])
+    assert 'predictions' not in summary(none_decided)
+    assert QUICK in scoreboard_markdown(board)
 
 
 class Falling(Thesis):
