@@ -126,6 +126,24 @@ def test_a_second_clock_begins_no_other_bag(sources):
     assert times == [10**9, 2 * 10**9]
 
 
+def test_what_comes_before_the_clock_has_the_time_of_its_first_message(sources):
+    sources.imu.publish(sources._imu())
+    sources.until(lambda: sources.recorder._early, 'the early message')
+    sources.publish(1.7e9, sources.clock)
+    sources.until(lambda: sources.recorder.now_ns, 'the clock')
+    sources.recorder.close()
+    bag = Bag(sources.folder)
+    assert {time_ns for topic in bag for time_ns, _ in bag[topic]} == {1_700_000_000 * 10**9}
+    assert len(bag['/imu/data_raw']) == len(bag['/clock']) == 1
+
+
+def test_what_came_is_recorded_though_no_clock_did(sources):
+    sources.imu.publish(sources._imu())
+    sources.until(lambda: sources.recorder._early, 'the early message')
+    sources.recorder.close()
+    assert len(Bag(sources.folder)['/imu/data_raw']) == 1
+
+
 def test_a_clock_that_goes_back_ends_the_run_by_name(sources):
     sources.publish(2.0)
     sources.until(lambda: sources.recorder.now_ns == 2 * 10**9, 'the clock')

@@ -94,6 +94,14 @@ def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_correct
         assert amplitude == pytest.approx(fitted(each, frequency), rel=0.05)
 
 
+def test_a_bag_on_system_time_has_only_times_of_its_run(roughly_driven):
+    """Its scenario and the first lines of its log too, so that players show no half a century."""
+    bag = roughly_driven.bag()
+    times = [time_ns for topic in bag for time_ns, _ in bag[topic]]
+    assert '/scenario' in bag and '/rosout' in bag
+    assert max(times) - min(times) < 60 * 10**9
+
+
 def test_a_best_effort_sensor_is_received_and_named(roughly_driven):
     assert len(roughly_driven.bag()['/imu/data_raw']) > 100
     assert 'imu/data_raw: published best effort' in roughly_driven.err

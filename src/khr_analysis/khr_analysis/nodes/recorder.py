@@ -84,6 +84,9 @@ class RecorderNode(Listener):
         }
         self._samples = ExactTimeSynchronizer[str](tuple(self._kinds))
         self._recording: Recording | None = self._open()
+        # Messages before the first one of the clock, by topic and timestamp; None after it. Only
+        # then their time is known: the clock of a driver may be system time.
+        self._early: list[tuple[str, int, bytes]] | None = []
         self._handed: list[str] = []  # topics of nodes in this process
         # Messages of these topics that are expected again from the subscription, by topic; only of
         # topics with a publisher in another process.
@@ -109,6 +112,7 @@ class RecorderNode(Listener):
 
     def close(self) -> None:
         """Finish the bag."""
+        self._begin()
         expected = self.now_ns - LAST_INSTANTS
         late = [topic for topic in self._kinds if self._stamps.get(topic, -1) < expected]
         if late:
@@ -122,16 +126,26 @@ class RecorderNode(Listener):
             self.fail(self._stopped)
 
     def _open(self) -> Recording:
-        """Create the bag with its topics and the scenario."""
+        """Create the bag with its topics."""
         recording = Recording(Path(self.parameters.folder))
-        if self.parameters.scenario_file:
-            recording.write_text(SCENARIO.name, read_file(Path(self.parameters.scenario_file)), 0)
         for name, topic in self._topics.items():
             try:
                 recording.add_topic(name, topic.kind, topic.flow == 'latched')
             except KhrError as error:
                 self.get_logger().warning(str(error))
         return recording
+
+    def _begin(self) -> None:
+        """Write the scenario and all messages before the first one of the clock."""
+        early, self._early = self._early, None
+        if early is None:
+            return
+        recording, scenario = self._recording, self.parameters.scenario_file
+        if recording is not None and scenario:
+            text = read_file(Path(scenario))
+            self._attempt(lambda: recording.write_text(SCENARIO.name, text, self.now_ns))
+        for name, stamp_ns, data in early:
+            self._write(name, stamp_ns, data)
 
     def _subscribe_to_others(self) -> None:
         for name in self._handed:
@@ -204,6 +218,7 @@ class RecorderNode(Listener):
                 self.refuse(self._topics[name], 'of a second clock')
                 return
             self.now_ns = max(self.now_ns, stamp_ns)
+            self._begin()
         self._stamps[name] = stamp_ns
         try:
             complete = self._samples.put(name, stamp_ns, None)
@@ -215,6 +230,9 @@ class RecorderNode(Listener):
         self._write(name, stamp_ns, data)
 
     def _write(self, name: str, stamp_ns: int, data: bytes) -> None:
+        if self._early is not None:
+            self._early.append((name, stamp_ns, data))
+            return
         recording = self._recording
         if recording is not None and name in recording.counts:
             time_ns = self._time_of(self._topics[name], data, stamp_ns)
