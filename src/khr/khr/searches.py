@@ -47,7 +47,8 @@ def critical(
     """Measure the critical inclination, in deg, by one bisection per seed.
 
     Args:
-        motion: Motion: ``walk``, or ``leg_lift``, standing on the force-sensor pads.
+        motion: Motion: ``walk``, or ``leg_lift``, standing on the force-sensor pads: lifting one
+            leg, holding it and setting it down again.
         ankle_gain: Ankle gain K_A in board units; 0 is no control.
         hip_gain: Hip gain K_H in board units; 0 is no control.
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.

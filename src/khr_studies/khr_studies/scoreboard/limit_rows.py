@@ -26,7 +26,9 @@ Spread = Mapping[str, tuple[float, float]]
 Loads = Mapping[Condition, float]
 
 
-def limit_rows(limits: Limits, others: Limits, spread: Spread, loads: Loads) -> list[Row]:
+def limit_rows(
+    limits: Limits, others: Limits, spread: Spread, loads: Loads, on_one_leg: Limits
+) -> list[Row]:
     """Compare the critical inclinations.
 
     A limit of standing on one leg misses if the other foot still carries load when the robot tips.
@@ -38,12 +40,13 @@ def limit_rows(limits: Limits, others: Limits, spread: Spread, loads: Loads) -> 
             condition.
         loads: on the lifted foot as the robot tips, over the weight, of the limits of standing;
             NaN if not measured.
+        on_one_leg: limits of standing until the lifted foot is set down.
 
     Returns:
         Records with ``condition`` and ``source``; ``thesis_deg`` and ``deg``; ``half_width_deg``
         of seeds, engines and constants together, ``seeds_deg`` of the seeds alone; ``slipped``
         and ``vibrated``, shares of the seeds just below their limit; ``ensemble_deg``;
-        ``other_engine_deg``; ``lifted_load``; ``tolerance_deg``.
+        ``other_engine_deg``; ``lifted_load``; ``one_leg_deg``; ``tolerance_deg``.
     """
     rows = []
     for published in LIMITS:
@@ -51,6 +54,7 @@ def limit_rows(limits: Limits, others: Limits, spread: Spread, loads: Loads) -> 
         ensemble = spread.get(published.condition.title)
         half = half_width(limit, other, ensemble)
         load = loads.get(published.condition, 0.0)
+        one_leg = on_one_leg.get(published.condition)
         rows.append(
             row(
                 published.chapter,
@@ -67,6 +71,7 @@ def limit_rows(limits: Limits, others: Limits, spread: Spread, loads: Loads) -> 
                 seeds_deg=limit.half_width,
                 other_engine_deg=other.mean,
                 lifted_load=loads.get(published.condition),
+                one_leg_deg=one_leg and one_leg.mean,
                 tolerance_deg=TOLERANCE_DEG,
             )
         )
@@ -122,7 +127,7 @@ def width_rows(bench: Bench, limits: Limits) -> list[Row]:
 def theory_row() -> Row:
     """Compare the limit of the footed pendulum, a formula."""
     ours = degrees(controlled_critical_inclination(Pendulum(), 0.0, initial_lean=INITIAL_LEAN))
-    missing = ('lifted_load', 'half_width_deg', 'slipped', 'vibrated', 'ensemble_deg', 'seeds_deg')
+    missing = ('lifted_load', 'one_leg_deg', 'half_width_deg', 'slipped', 'vibrated', 'seeds_deg')
     return row(
         3,
         'formula',
@@ -132,7 +137,7 @@ def theory_row() -> Row:
         thesis_deg=THEORY_DEG,
         deg=ours,
         tolerance_deg=FORMULA_DEG,
-        **dict.fromkeys((*missing, 'other_engine_deg')),
+        **dict.fromkeys((*missing, 'ensemble_deg', 'other_engine_deg')),
     )
 
 

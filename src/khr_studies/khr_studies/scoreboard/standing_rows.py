@@ -15,6 +15,7 @@ from khr_studies.scoreboard.limit_rows import Limits, Loads
 from khr_studies.scoreboard.rows import ENOUGH, Kind, grows, kind_of, row
 from khr_sweeps.trial import Row
 
+STANDING = [row.condition for row in thesis.LIMITS if row.condition.motion == 'leg_lift']
 RISES, FALLS = 'each value above the one before', 'each value below the one before'
 
 
@@ -48,8 +49,7 @@ def lifted_loads(bench: Bench, limits: Limits) -> dict[Condition, float]:
 
     The median over the seeds that fall; NaN if the robot does not fall there.
     """
-    standing = [row.condition for row in thesis.LIMITS if row.condition.motion == 'leg_lift']
-    slopes = {each: above_limit(limits[each].mean) for each in standing}
+    slopes = {each: above_limit(limits[each].mean) for each in STANDING}
     for condition, phi in slopes.items():
         bench.start(lift, condition, phi)
     return {

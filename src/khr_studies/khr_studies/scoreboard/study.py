@@ -15,7 +15,7 @@ from khr_bringup.scenario.robots import constants_of
 from khr_common.checks import integer
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
-from khr_studies.measuring.bench import Bench, lift, walk
+from khr_studies.measuring.bench import Bench, lift, one_leg_limit_of_seed, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid, with_engine
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
@@ -28,7 +28,7 @@ from khr_studies.scoreboard.limit_rows import (
 )
 from khr_studies.scoreboard.push_rows import conditions, push_force, push_row
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.scoreboard.standing_rows import lifted_loads, standing_rows
+from khr_studies.scoreboard.standing_rows import STANDING, lifted_loads, standing_rows
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from khr_sweeps.pool import local_pool
 from khr_sweeps.trial import Row
@@ -113,7 +113,8 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     }
     loads = lifted_loads(bench, limits)
     slips = slips_from_mm(bench)
-    rows = limit_rows(limits, others, bench.spread, loads)
+    on_one_leg = {each: bench.limit(each, job=one_leg_limit_of_seed) for each in STANDING}
+    rows = limit_rows(limits, others, bench.spread, loads, on_one_leg)
     return Scoreboard(
         bench.seeds,
         [*rows, theory_row()],
@@ -136,6 +137,8 @@ def submit_all(bench: Bench, explain: bool) -> None:
     for row in thesis.LIMITS:
         bench.start_limit(row.condition)
         bench.start_limit(bench.on_other_engine(row.condition))
+    for standing in STANDING:
+        bench.start_limit(standing, job=one_leg_limit_of_seed)
     for row in thesis.LIMITS if explain else ():
         bench.start_limit(row.condition.turned())
     for walked in WALKS:

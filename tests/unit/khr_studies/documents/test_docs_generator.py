@@ -40,6 +40,11 @@ def test_the_readme_has_the_numbers_of_the_scoreboard():
             numbers = f'{row["thesis_deg"]:g} | {row["deg"]:.1f} | {row["half_width_deg"]:.1f}'
             assert f'| {row["condition"]} | {numbers} | {row["verdict"]} |' in readme
     loads = [row['lifted_load'] for row in board.limits if row['verdict'] == 'missed']
-    assert f'carries {100 * min(loads):.0f} to {100 * max(loads):.0f} % of the weight' in readme
+    assert (
+        f'then carries {100 * min(loads):.0f} to {100 * max(loads):.0f} % of the weight' in readme
+    )
+    held = [row['one_leg_deg'] for row in board.limits if row['verdict'] == 'missed']
+    *others, last = [f'{each:.1f}' for each in held]
+    assert f'it stands up to {", ".join(others)} and {last} deg' in readme
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted}:' in readme
