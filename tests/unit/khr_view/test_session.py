@@ -57,7 +57,7 @@ def test_another_scenario_keeps_gains_and_speed_alone(session):
     assert (chosen.name, chosen.of('ankle_controller')['gain']) == ('walk_6.99deg_ka12', 18.0)
     assert chosen.of('simulator')['inclination_deg'] == 6.99
     assert chosen.of('simulator')['pace'] == 2.0
-    assert chosen.title.endswith('board, K_A 18 (gyro), simulator.pace=2')
+    assert chosen.title.endswith('surface, K_A 18 (gyro), simulator.pace=2')
 
 
 def test_another_scenario_without_an_engine_keeps_that_of_the_session(session):

@@ -114,8 +114,8 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     """Lift one leg once.
 
     Returns:
-        The columns of the run, and: ``held``, whether the robot stood until it set the lifted foot
-        down; ``toe_n`` and ``heel_n``, mean forces on the support foot in
+        The columns of the run, and: ``on_one_leg``, whether the robot stood until it set the
+        lifted foot down; ``toe_n`` and ``heel_n``, mean forces on the support foot in
         the later half of the time on one leg; ``difference_n``, Delta = F_T - F_H (3.4); ``share``,
         Delta over the load of that foot (all None if the robot fell earlier); ``overshoot_rad_s``,
         the largest absolute pitch rate of the torso from the start of the motion; ``lifted_load``,
@@ -145,8 +145,8 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     row = run_row(condition, inclination_deg, seed, outcome)
     row['overshoot_rad_s'] = max(rates, default=None)
     row['lifted_load'] = load if outcome.fell else None
-    row['held'] = outcome.fell_at is None or outcome.fell_at >= up + gait.hold_time
-    if not row['held']:
+    row['on_one_leg'] = outcome.fell_at is None or outcome.fell_at >= up + gait.hold_time
+    if not row['on_one_leg']:
         return row | dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share'))
     toe, heel = np.mean(forces, axis=0).tolist()
     difference = toe - heel
@@ -164,7 +164,7 @@ def one_leg_limit_of_seed(
     """Find the steepest slope on which the robot stands on one leg until it sets the foot down."""
     return search_limit(
         lambda inclination_deg: lift(condition, inclination_deg, seed),
-        'held',
+        'on_one_leg',
         f'{condition.title}, on one leg',
         seed,
         start,

@@ -135,11 +135,7 @@ def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
         best = {each['condition']: scoreboard.closest(each) for each in board.explanations}
         limits['closest with one change, deg'] = lambda row: best.get(row['condition'], '-')
     return _passages(
-        (
-            title,
-            '',
-            table([r for r in rows if r['verdict'] == verdict], columns, 'chapter', 'verdict'),
-        )
+        (title, '', table([r for r in rows if r['verdict'] == verdict], columns, 'verdict'))
         for title, rows, columns in _parts(board, limits)
     )
 

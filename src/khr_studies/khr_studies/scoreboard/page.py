@@ -103,7 +103,6 @@ PLACE: Columns[Row] = {'source': lambda row: row.get('source', '')}
 CRITERION: Columns[Row] = {'criterion': lambda row: row.get('criterion', '')}
 JUDGEMENT: Columns[Row] = {'kind': itemgetter('kind'), 'verdict': _verdict}
 LIMIT_COLUMNS: Columns[Row] = {
-    'chapter': lambda row: str(row['chapter']),
     **PLACE,
     'condition': itemgetter('condition'),
     'thesis, deg': lambda row: f'{row["thesis_deg"]:g}',

@@ -118,7 +118,7 @@ def test_opposite_outcomes_give_opposite_findings():
 class Explained(Thesis):
     """A bench on which less friction takes a limit that misses near the thesis's."""
 
-    def limit(self, condition, seeds=None):
+    def limit(self, condition, seeds=None, job=None):
         if condition.changes == ((('simulator', 'friction'), 0.18),):
             return Limit((9.5,))
         return super().limit(condition, seeds)
