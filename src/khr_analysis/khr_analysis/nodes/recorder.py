@@ -83,6 +83,8 @@ class RecorderNode(Listener):
             if topic.flow == 'period'
         }
         self._samples = ExactTimeSynchronizer[str](tuple(self._kinds))
+        scenario = self.parameters.scenario_file
+        self._scenario = read_file(Path(scenario)) if scenario else ''
         self._recording: Recording | None = self._open()
         # Messages before the first one of the clock, by topic and timestamp; None after it. Only
         # then their time is known: the clock of a driver may be system time.
@@ -137,12 +139,11 @@ class RecorderNode(Listener):
 
     def _begin(self) -> None:
         """Write the scenario and all messages before the first one of the clock."""
-        early, self._early = self._early, None
-        if early is None:
+        if self._early is None:
             return
-        recording, scenario = self._recording, self.parameters.scenario_file
-        if recording is not None and scenario:
-            text = read_file(Path(scenario))
+        early, self._early = self._early, None
+        recording, text = self._recording, self._scenario
+        if recording is not None and text:
             self._attempt(lambda: recording.write_text(SCENARIO.name, text, self.now_ns))
         for name, stamp_ns, data in early:
             self._write(name, stamp_ns, data)
