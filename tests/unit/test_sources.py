@@ -45,7 +45,14 @@ def test_a_study_has_another_version_if_code_of_its_jobs_changes(monkeypatch):
     )
     sources = imported_by(study)
     for changed in ('', *of_jobs):
-        found = sources | ({changed: sources[changed] + b'#'} if changed else {})
+        found = sources | ({changed: sources[changed] + b'0'} if changed else {})
         monkeypatch.setattr(study_version, 'imported_by', lambda _, found=found: found)
         versions.add(study_version.version_of_study.__wrapped__(study))
     assert len(versions) == 1 + len(of_jobs)
+
+
+def test_the_version_of_a_study_does_not_depend_on_its_words():
+    code = b'def f(x):\n    return x + 1\n'
+    told = b'"""A module."""\n\ndef f(x):\n    """Add 1."""\n    return x + 1  # one\n'
+    assert study_version.code_of(told) == study_version.code_of(code)
+    assert study_version.code_of(code.replace(b'1', b'2')) != study_version.code_of(code)

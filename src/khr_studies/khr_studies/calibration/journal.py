@@ -8,7 +8,6 @@ that move no trajectory.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import inspect
 import json
@@ -25,6 +24,7 @@ from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.measuring import loop_response
 from khr_studies.measuring.condition import Condition, with_engine
+from khr_studies.measuring.study_version import code_of
 from khr_sweeps.results.store import OtherResultsError, Store
 
 CANDIDATE = TypeAdapter(Candidate)
@@ -85,13 +85,7 @@ def cost_digest() -> str:
     """Return a digest of the code of the cost, without its comments and docstrings."""
     digest = hashlib.sha256()
     for module in (objective, rows, trial_robot, loop_response):
-        tree = ast.parse(inspect.getsource(module))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
-                node
-            ):
-                node.body = node.body[1:]
-        digest.update(ast.unparse(tree).encode())
+        digest.update(code_of(inspect.getsource(module).encode()))
     return digest.hexdigest()[:16]
 
 

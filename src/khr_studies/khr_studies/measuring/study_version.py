@@ -21,8 +21,17 @@ def version_of_study(module: str) -> str:
     """
     digest = hashlib.sha256(code_version(CONFIGURATION).encode())
     for name, source in sorted(imported_by(module).items()):
-        digest.update(name.encode() + b'\0' + source)
+        digest.update(name.encode() + b'\0' + code_of(source))
     return digest.hexdigest()[:16]
+
+
+def code_of(source: bytes) -> bytes:
+    """Return the code of a module without comments, docstrings and layout."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            node.body = node.body[1:] if ast.get_docstring(node) else node.body
+    return ast.unparse(tree).encode()
 
 
 def imported_by(*modules: str) -> dict[str, bytes]:
