@@ -41,11 +41,7 @@ from khr_studies.measuring.json_file import write_json
 
 
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
-    """Write page, data, figures and constants beside one another; return a summary of one line.
-
-    Raises:
-        KhrError, RunError, OSError: if a file cannot be written.
-    """
+    """Write page, data, figures and constants beside one another; return a summary of one line."""
     plan, robots = calibration.plan, calibration.found
     write_json(out.with_suffix('.json'), calibration)
     save(correlation_figure(plan, robots), out.with_name(f'{out.stem}_correlations.png'))

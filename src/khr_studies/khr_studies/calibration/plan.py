@@ -80,34 +80,27 @@ class FreeConstant:
 
 @checked(frozen=True, config=STRICT)
 class CalibrationPlan:
-    """The plan of a calibration.
+    """The plan of a calibration."""
 
-    Attributes:
-        constants: by name.
-        margins, walks, ratios, lines, limits, supports: the rows, in the order in which they are
-            measured: cheap ones prune bad candidates.
-        settings: parameters of all candidates that differ from the defaults, by ``node.key``.
-        placed: candidates of the first generation that were found in earlier trials; each has every
-            constant.
-        added: candidates measured after the search, which does not continue from them; each has
-            every constant.
-    """
-
-    constants: dict[str, FreeConstant]
+    constants: dict[str, FreeConstant]  # by name
+    # limits to supports: the rows
     limits: tuple[WantedLimit, ...]
     margins: tuple[WantedMargin, ...] = ()
     walks: tuple[WantedWalk, ...] = ()
     ratios: tuple[WantedRatio, ...] = ()
     lines: tuple[WantedLine, ...] = ()
     supports: tuple[WantedSupport, ...] = ()
+    # parameters of all candidates that differ from the defaults, by node.key
     settings: dict[str, Any] = Field(default_factory=dict)
+    # candidates with every constant: of the first generation, found in earlier trials, and measured
+    # after the search, which does not continue from them
     placed: tuple[dict[str, float], ...] = ()
     added: tuple[dict[str, float], ...] = ()
     note: str = ''
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Return all rows in the order of their measurement."""
+        """Return all rows in the order of measurement: cheap ones prune bad candidates."""
         return (
             *self.margins,
             *self.walks,
@@ -138,11 +131,7 @@ class CalibrationPlan:
 
 
 def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
-    """Read a plan.
-
-    Raises:
-        KhrError: if it is not valid; the message names file, place and the accepted values.
-    """
+    """Read a plan."""
     document = read_yaml(read_file(path), str(path))
     try:
         plan = TypeAdapter(CalibrationPlan).validate_python(document)

@@ -59,22 +59,16 @@ class WantedMargin:
 
 @checked(frozen=True, config=STRICT)
 class WantedLimit:
-    """A critical inclination of the thesis.
+    """A critical inclination of the thesis."""
 
-    Attributes:
-        motion, ka, kh, surface: the condition.
-        thesis_deg: the published critical inclination.
-        tolerance_deg: largest difference of a limit that fits.
-        weight: in the cost.
-    """
-
+    # motion, ka, kh, surface: the condition
     motion: Literal['walk', 'leg_lift']
-    thesis_deg: float
+    thesis_deg: float  # the published critical inclination
     ka: float = 0.0
     kh: float = 0.0
     surface: Surface = 'smooth'
-    tolerance_deg: Positive = 0.7
-    weight: Positive = 1.0
+    tolerance_deg: Positive = 0.7  # largest difference of a limit that fits
+    weight: Positive = 1.0  # in the cost
 
     @property
     def condition(self) -> Condition:

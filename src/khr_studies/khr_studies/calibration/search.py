@@ -32,11 +32,7 @@ SPREAD = 0.2  # standard deviation of the first generation of CMA-ES, in shares 
 
 @dataclass(frozen=True)
 class Search:
-    """The settings that determine the candidates of a search.
-
-    Raises:
-        KhrError: if a value is not accepted.
-    """
+    """The settings that determine the candidates of a search."""
 
     plan: CalibrationPlan  # constants and rows
     engine: str  # physics engine
@@ -82,15 +78,11 @@ class Search:
 
 
 class Proposals:
-    """The candidates of a search: it proposes generations and receives their costs.
-
-    Attributes:
-        prune_above: cost above which a candidate of the next generation is pruned.
-        generation: number of the last one, from 1.
-    """
+    """The candidates of a search: it proposes generations and receives their costs."""
 
     def __init__(self, search: Search) -> None:
-        self.prune_above, self.generation = PRUNE_ABOVE, 0
+        self.prune_above = PRUNE_ABOVE  # cost above which a candidate is pruned
+        self.generation = 0  # number of the last one, from 1
         self._search = search
         self._asked = self._restart = 0
         self._optimiser: Any = None
@@ -179,10 +171,7 @@ class Measurement:
     ) -> list[Candidate]:
         """Measure the candidates of a stage that are missing in the journal; return all.
 
-        Args:
-            tasks: the candidates.
-            stage: of the calibration.
-            message: printed after each measured candidate; nothing if empty.
+        A message is printed after each measured candidate.
         """
         missing = (
             (f'{stage}-{index}', task)

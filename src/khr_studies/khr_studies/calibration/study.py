@@ -27,20 +27,14 @@ CONFIRMED = 'confirmed'  # name of the second stage in the journal
 def calibrate(
     search: Search, path: Path, best: int, workers: int | None, scheduler: Scheduler | None
 ) -> tuple[Calibration, list[Candidate]]:
-    """Search, and confirm the best; candidates in the journal are not measured again.
+    """Search, and confirm so many of the best; candidates in the journal are not measured again.
 
-    Args:
-        search: its settings.
-        path: of the journal.
-        best: number of candidates to confirm.
-        workers: processes; one per core by default.
-        scheduler: with workers that are used instead.
+    Workers of a scheduler are used in place of processes of this machine.
 
     Returns:
         The calibration, and every candidate that was measured for it.
 
     Raises:
-        KhrError: if an option is not accepted, or the journal is of another search.
         RunError: if no candidate could be measured on every row, or a worker fails.
     """
     integer('--confirm', best, 0, 10_000)

@@ -202,11 +202,7 @@ def compared_limits(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def causes_of(runs: pd.DataFrame, limit: Row) -> pd.DataFrame:
-    """Return the limits of a condition under each change, deg.
-
-    Args:
-        runs: of the study.
-        limit: row of :func:`compared_limits`.
+    """Return the limits of a row of :func:`compared_limits` under each change, deg.
 
     Returns:
         The columns of :func:`limits_of`, ``moved`` (by the change), and ``explains``: whether the

@@ -41,22 +41,15 @@ ROOT = Path('runs/fights')
 
 @dataclass(frozen=True)
 class Fight:
-    """The condition of a cell: all but the draws of each bout.
+    """The condition of a cell: all but the draws of each bout."""
 
-    Attributes:
-        bout: name of a bout that is shipped.
-        red_ka, blue_ka: ankle gain of each robot; 0 is no control.
-        stance: motion of blue; empty for that of the bout.
-        recovery: whether blue may step.
-        engine: of the physics.
-    """
-
-    bout: str
+    bout: str  # name of a bout that is shipped
+    # red_ka, blue_ka: ankle gain of each robot; 0 is no control
     red_ka: float
     blue_ka: float
-    stance: str = ''
-    recovery: bool = False
-    engine: str = QUICK
+    stance: str = ''  # motion of blue; empty for that of the bout
+    recovery: bool = False  # whether blue may step
+    engine: str = QUICK  # of the physics
 
     def settings(self, seed: int) -> list[str]:
         """Return the settings of one bout, as ``khr bout --set`` takes them.
@@ -128,14 +121,9 @@ CHECKED = (
 
 
 def study(bouts: int = 50, workers: int | None = None, quiet: bool = False) -> pd.DataFrame:
-    """Fight all bouts; return one table with a row for each.
+    """Fight so many bouts of each cell; return one table with a row for each.
 
     A command that was interrupted goes on where it stopped.
-
-    Args:
-        bouts: of each cell.
-        workers: processes; one for each core by default.
-        quiet: whether to show no progress.
     """
     with kept_pool(__name__, 'fights', workers, ROOT, quiet) as kept:
         return measure(

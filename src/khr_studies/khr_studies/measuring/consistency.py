@@ -71,14 +71,9 @@ def contradictions(runs: pd.DataFrame) -> list[str]:
 
 
 def check(runs: pd.DataFrame, folder: Path) -> None:
-    """Refuse results that contradict one another; print each contradiction on stderr.
+    """Raise a :class:`RunError` if results contradict one another; print each contradiction.
 
-    Args:
-        runs: all runs of a page, with the columns of ``SAME_RUN``, ``source`` and ``stayed_up``.
-        folder: of the stored results.
-
-    Raises:
-        RunError: if there is a contradiction.
+    The runs, all of a page, have the columns of ``SAME_RUN``, ``source`` and ``stayed_up``.
     """
     found = contradictions(runs)
     for line in found:

@@ -61,15 +61,12 @@ def search_limit(
     """Search the steepest slope on which a boolean column of a run holds.
 
     Each seed searches on its own lattice: on a common lattice limits would look equal that differ
-    by less than its cell.
+    by less than its cell. ``start``, the first inclination, and ``tolerance`` are in deg.
 
     Args:
         run: returns the row of a run at an inclination in deg.
         holds: name of the column.
         title: of the limit, on standard error.
-        seed: of the runs.
-        start: first inclination, deg.
-        tolerance: of the bisection, deg.
 
     Returns:
         The rows of the runs, with the limit in the column ``limit_deg``.
@@ -92,15 +89,9 @@ def search_limit(
 
 
 def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool) -> Limit:
-    """Measure the critical inclination over seeds 0, 1, ...
+    """Measure the critical inclination over seeds 0, 1, ..., each to a tolerance in deg.
 
     The searches of the other seeds start at the limit of the first one.
-
-    Args:
-        condition: motion, surface and gains.
-        seeds: number of seeds.
-        tolerance: of each bisection, deg.
-        pool: computes the seeds in parallel.
     """
     integer('--seeds', seeds, 1, 1000)
     if not 0.01 <= tolerance <= STEP:

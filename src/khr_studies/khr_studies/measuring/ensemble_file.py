@@ -28,11 +28,7 @@ class Member:
 
 
 def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
-    """Read the members of an ensemble, the best first.
-
-    Raises:
-        KhrError: if the file cannot be read or holds no ensemble.
-    """
+    """Read the members of an ensemble, the best first."""
     try:
         return TypeAdapter(list[Member]).validate_json(path.read_bytes())
     except (OSError, ValidationError) as error:

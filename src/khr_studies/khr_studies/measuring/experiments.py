@@ -64,11 +64,7 @@ OpenSweep = tuple[Sweep, Folder]
 
 
 def runs_of(folder: Path) -> Runs:
-    """Return the finished runs in the folder of a sweep, in the order of its axes, then of seeds.
-
-    Raises:
-        KhrError: if the folder holds no sweep.
-    """
+    """Return the finished runs in the folder of a sweep, in the order of its axes, then of seeds."""
     results = read_results(folder)
     request = request_of(results)
     axes: dict[str, Any] = request['axes']
@@ -153,16 +149,7 @@ def root_of(engine: str) -> Path:
 def sweeps_of(
     names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
 ) -> dict[Path, Sweep]:
-    """Read experiments; return them by folder.
-
-    Args:
-        names: of the experiments.
-        fast: whether to read their quick form.
-        engine: physics engine of all runs.
-
-    Raises:
-        KhrError: if an experiment is not known or not valid.
-    """
+    """Read experiments, or their quick form; return them by folder."""
     root = root_of(engine)
     return {
         folder_of(name, fast, root): _with_engine(specification_of(name, fast), engine)
@@ -185,9 +172,6 @@ def open_sweeps(sweeps: Mapping[Path, Sweep]) -> Iterator[list[OpenSweep]]:
 
     Waits for a folder that another command is writing. Runs of another version of the code or the
     experiment are discarded.
-
-    Raises:
-        KhrError: if a folder cannot be written.
     """
     with ExitStack() as stack:
         entered = []
@@ -233,7 +217,6 @@ def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experim
     """Compute the missing runs of sweeps, given by folder, on this machine.
 
     Raises:
-        KhrError: if a folder cannot be written.
         RunError: if the computation had to stop; finished runs are kept.
     """
     with open_sweeps(sweeps) as entered:

@@ -21,11 +21,7 @@ def write_json(path: Path, result: Any) -> None:
 
 
 def read_json(path: Path, kind: type[Result]) -> Result:
-    """Read a dataclass that :func:`write_json` wrote.
-
-    Raises:
-        KhrError: if the file cannot be read or holds another result.
-    """
+    """Read a dataclass that :func:`write_json` wrote."""
     try:
         return TypeAdapter(kind).validate_json(path.read_bytes())
     except OSError as error:

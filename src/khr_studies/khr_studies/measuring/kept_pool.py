@@ -29,14 +29,8 @@ def kept_pool(
     Args:
         study: module that imports all that its jobs call.
         title: of the progress bar.
-        workers: processes; one per core by default.
-        folder: of the file of results.
-        quiet: whether to show no progress.
         runs: number of all runs, if it is known beforehand.
         costs: number of runs of a job by function; 1 for others.
-
-    Raises:
-        KhrError: if the number of workers is not accepted.
     """
     with (
         local_pool(workers, '--workers') as pool,

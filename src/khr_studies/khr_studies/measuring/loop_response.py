@@ -82,7 +82,6 @@ def open_loop(loop: Loop, changes: Changes, ankle_gain: float = 0.0) -> OpenLoop
 
     Raises:
         RunError: if the robot falls.
-        KhrError: if a parameter is not accepted.
     """
     condition = Condition('walk', ankle_gain, changes=changes)
     scenario = condition.scenario(STANDING_DEG).changed({('gait', 'motion'): 'stand'})

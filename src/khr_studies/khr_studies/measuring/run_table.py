@@ -180,15 +180,7 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def read_table(path: Path, columns: Iterable[str] = ()) -> pd.DataFrame:
-    """Read a table that :func:`write_table` wrote.
-
-    Args:
-        path: the CSV file.
-        columns: names of columns that the table must have.
-
-    Raises:
-        KhrError: if the file cannot be read or is no such table.
-    """
+    """Read a table that :func:`write_table` wrote; it must have these columns."""
     try:
         table = pd.read_csv(path)
         missing = [name for name in columns if name not in table]

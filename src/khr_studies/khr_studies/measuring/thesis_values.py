@@ -41,22 +41,14 @@ STAGE_3 = Condition('leg_lift', 12.0, 13.0)
 
 @dataclass(frozen=True)
 class ThesisLimit:
-    """A critical inclination.
+    """A critical inclination."""
 
-    Attributes:
-        chapter, source: place in the thesis.
-        condition: of the runs.
-        thesis_deg: the published value.
-        fitted: whether the calibration used it.
-        support_fitted: whether the calibration used the single support of the lift.
-    """
-
-    chapter: int
-    condition: Condition
-    thesis_deg: float
-    source: str
-    fitted: bool = False
-    support_fitted: bool = False
+    chapter: int  # of the thesis
+    condition: Condition  # of the runs
+    thesis_deg: float  # the published value
+    source: str  # figure or section of the thesis
+    fitted: bool = False  # whether the calibration used it
+    support_fitted: bool = False  # whether it used the single support of the lift
 
 
 @dataclass(frozen=True)

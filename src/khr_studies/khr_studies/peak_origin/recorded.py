@@ -50,9 +50,6 @@ def peaks_of_recording(
         topic: to analyse; by default the pitch rate of a khr run, else the only Imu.
         axis: of the topic.
         namespace: of the robot, in a recording of several.
-
-    Raises:
-        KhrError: if there is no recording, it is damaged, or it has no such topic or axis.
     """
     if not (topic or axis):
         run = RecordedRun(path, namespace=namespace)
@@ -77,11 +74,6 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
 
     One run shows the places of its peaks only. The origin of peaks between the lines needs runs
     with other gains, cycles or friction (:func:`khr_studies.peak_origin.study.run_variants`).
-
-    Args:
-        name: of the run, for messages.
-        scenario: parameters of the run.
-        series: signals of the run.
 
     Raises:
         KhrError: if there is no pitch rate, or one of fewer than eight samples.

@@ -182,7 +182,6 @@ def run_variants(
     Args:
         scenario: file or name.
         fast: whether to run one seed only.
-        workers: processes; one per core by default.
         root: folder of the runs; finished runs of the same code are not repeated.
         changed: parameters to change in all variants, each ``node.parameter=value``.
 

@@ -50,11 +50,7 @@ def conditions(
     gyros: Sequence[str] = tuple(GYROS),
     changes: Changes = (),
 ) -> list[PushCondition]:
-    """Return all combinations; without control only the first gyro, as it has no effect.
-
-    Raises:
-        KhrError: if a value is not accepted.
-    """
+    """Return all combinations; without control only the first gyro, as it has no effect."""
     return [
         PushCondition(gain, duration, direction, gyro, changes)  # type: ignore[arg-type]
         for direction, duration, gyro, gain in product(directions, durations, gyros, gains)
@@ -104,10 +100,9 @@ def push_table(tried: Iterable[PushCondition], pool: Pool | None = None) -> pd.D
 
 
 def momentum(duration: float) -> Row:
-    """Compare the largest impulse without control, from behind, with closed forms, N s.
+    """Compare the largest impulse, N s, of a push of a duration, s, with closed forms.
 
-    Args:
-        duration: of the push, s.
+    The push is from behind, without control.
 
     Returns:
         The impulses that the robot survives and that are fatal; the largest impulse of a point
@@ -130,10 +125,9 @@ def momentum(duration: float) -> Row:
 
 
 def compliance(duration: float) -> Row:
-    """Measure the largest pushes without control, from behind, with soft and stiff servos, N.
+    """Measure the largest pushes of a duration, s, with soft and stiff servos, N.
 
-    Args:
-        duration: of the push, s.
+    They are from behind, without control.
     """
     soft, hard = (PushCondition(duration=duration, changes=changes) for changes in ((), STIFF))
     edge, inertia = stance(hard.base()).tipping('behind')
@@ -183,11 +177,7 @@ def largest_pushes(
 ) -> LargestPushes:
     """Measure the largest pushes of robot and models, and motions near the limit.
 
-    Args:
-        durations: of the pushes, s.
-        gyros: of the robot.
-        gains: K_A.
-        engine: physics engine.
+    The durations are in s, the gains K_A.
     """
     tried = conditions(gains, durations, gyros=gyros, changes=with_engine(engine))
     alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
@@ -204,11 +194,7 @@ def coarse_pushes(engine: str = engines.DEFAULT) -> LargestPushes:
 
 
 def numbers(name: str, text: str) -> list[float]:
-    """Parse a list such as 0,12,18.
-
-    Raises:
-        KhrError: if it is not such a list.
-    """
+    """Parse a list such as 0,12,18."""
     try:
         return [float(word) for word in text.split(',')]
     except ValueError:

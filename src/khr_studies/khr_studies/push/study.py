@@ -51,11 +51,7 @@ GYROS: dict[str, dict[tuple[str, str], object]] = {
 
 @dataclass(frozen=True)
 class PushCondition:
-    """The loop, and the duration and direction of a push.
-
-    Raises:
-        KhrError: if a value is not accepted.
-    """
+    """The loop, and the duration and direction of a push."""
 
     gain: float = 0.0  # K_A as a setting of the board; 0 is no control
     duration: float = 0.1  # of the push, s
@@ -88,11 +84,7 @@ class PushCondition:
         return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
 
     def scenario(self, force: float) -> Scenario:
-        """Return the scenario of a push with a force of at least 0, N.
-
-        Raises:
-            KhrError: if the force is negative or not finite.
-        """
+        """Return the scenario of a push with a force of at least 0, N."""
         non_negative('force', force)
         base = self.base()
         if not force:

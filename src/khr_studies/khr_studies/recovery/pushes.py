@@ -27,19 +27,12 @@ ENABLED: Changes = ((('recovery', 'enabled'), True),)
 
 @dataclass(frozen=True)
 class Case:
-    """A push on the standing robot.
+    """A push on the standing robot."""
 
-    Attributes:
-        direction: ``behind`` or ``front``.
-        inclination: of the ground, deg, downhill.
-        duration: of the push, s.
-        goal: the multiple of the limit of the ankles that a step shall hold.
-    """
-
-    direction: str
-    inclination: float = 0.0
-    duration: float = 0.1
-    goal: float = 1.0
+    direction: str  # behind or front
+    inclination: float = 0.0  # of the ground, deg, downhill
+    duration: float = 0.1  # of the push, s
+    goal: float = 1.0  # the multiple of the limit of the ankles that a step shall hold
 
     def condition(
         self,
@@ -117,13 +110,7 @@ def pushed(condition: PushCondition, impulse: float, start: float, angle: float 
 
 
 def push_once(condition: PushCondition, impulse: float, angle: float = 0.0) -> Row:
-    """Push the robot once; return the outcome.
-
-    Args:
-        condition: with the duration and direction of the push.
-        impulse: N s.
-        angle: of the force to the left of this direction, deg.
-    """
+    """Push the robot once with an impulse, N s, turned to the left by an angle, deg."""
     return watched(pushed(condition, impulse, START, angle))
 
 

@@ -58,11 +58,7 @@ DIGITS = 4  # of a value, after the point
 
 @dataclass(frozen=True)
 class Search:
-    """A search for the step that answers pushes from one direction.
-
-    Raises:
-        KhrError: if a number is not accepted.
-    """
+    """A search for the step that answers pushes from one direction."""
 
     direction: Direction  # of the pushes: behind or front
     candidates: int = 200  # number of candidates
@@ -134,14 +130,7 @@ class Found:
 
 
 def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool = False) -> Found:
-    """Search; a command that was interrupted goes on where it stopped.
-
-    Args:
-        asked: the search.
-        workers: processes; one for each core by default.
-        folder: of the results that are kept.
-        quiet: whether to show no progress.
-    """
+    """Search; a command that was interrupted goes on where it stopped."""
     table = RecoveryParameters()
     default = [getattr(table, name)[asked.index] for name in RANGES]
     start = [_share(name, value) for name, value in zip(RANGES, default, strict=True)]

@@ -49,13 +49,8 @@ def study(
 ) -> pd.DataFrame:
     """Measure all pushes and quiet runs; return one table, with a column ``part``.
 
-    A command that was interrupted goes on where it stopped.
-
-    Args:
-        seeds: of each push of the default robot.
-        robots: members of the ensemble, which have one seed.
-        workers: processes; one for each core by default.
-        quiet: whether to show no progress.
+    A command that was interrupted goes on where it stopped. The seeds are those of each push of
+    the default robot; members of the ensemble have one.
     """
     keys = [(case, engine, 0) for case in CASES for engine in ENGINES]
     keys += [(case, ENGINES[-1], robot) for case in CASES[:2] for robot in robots]
@@ -101,11 +96,8 @@ def study(
 def held(runs: pd.DataFrame, level: str) -> tuple[float, list[float]]:
     """Return the largest level below the first fall, and the holes, the other levels with falls.
 
-    A hole lies below a level that every run survives.
-
-    Args:
-        runs: with the columns ``level`` and ``fell``.
-        level: name of the column of the size of the push.
+    A hole lies below a level that every run survives. ``level`` names the column of the size of
+    the push.
     """
     fell = runs.groupby(level)['fell'].any()
     survived = fell[~fell].index

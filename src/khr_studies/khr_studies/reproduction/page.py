@@ -35,7 +35,6 @@ def write(results: Reproduction, out: Path, findings: Path) -> str:
     """Write page, findings and scoreboard; return a summary of one line.
 
     Args:
-        results: content of the page.
         out: folder of the page and of the scoreboard.
         findings: Markdown file of the findings; a JSON file is written to the same folder.
     """

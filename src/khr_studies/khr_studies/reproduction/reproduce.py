@@ -93,13 +93,9 @@ class Reproduction:
 def reproduce(plan: ExperimentPlan, out: Path, workers: int | None = None) -> Reproduction:
     """Reproduce the thesis, or a part of it; stored results are reused.
 
-    Args:
-        plan: the parts to compute.
-        out: folder of the page; the figures go to its subfolder ``figures``.
-        workers: processes; one per core by default.
+    The figures go to ``figures`` in the folder of the page.
 
     Raises:
-        KhrError: if the folder cannot be written.
         RunError: if the computation had to stop, or results contradict one another; finished
             results are kept.
     """

@@ -95,10 +95,7 @@ def agrees(difference: float, half_width: float) -> bool | None:
     """Return whether a limit agrees with the thesis; None if that is undecided.
 
     It agrees if its whole interval lies within the tolerance, and disagrees if no part of it does.
-
-    Args:
-        difference: from the thesis, deg.
-        half_width: of the interval, deg.
+    The difference and half of the interval are in deg.
     """
     if abs(difference) + half_width <= TOLERANCE_DEG:
         return True

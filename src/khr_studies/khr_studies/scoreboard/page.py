@@ -276,11 +276,7 @@ def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str
 
 
 def write(board: Scoreboard, out: Path) -> str:
-    """Write the page of a scoreboard and its JSON; return a summary of one line.
-
-    Raises:
-        KhrError, RunError: if a file cannot be written.
-    """
+    """Write the page of a scoreboard and its JSON; return a summary of one line."""
     json = out.with_suffix('.json')
     write_json(json, board)
     write_text(out, scoreboard_markdown(board, json.name))

@@ -23,7 +23,6 @@ def standing_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
     """Compare the leg lifts.
 
     Args:
-        bench: measures.
         limits: of standing; at that of stage 1 the forces over the weight are compared.
         loads: of :func:`lifted_loads`.
 

@@ -80,19 +80,13 @@ def scoreboard(
     robot: str = '',
     engine: str = engines.DEFAULT,
 ) -> Scoreboard:
-    """Measure the scoreboard with a pool of processes.
+    """Measure the scoreboard with a pool of processes; bisections to a tolerance in deg.
 
     Args:
-        seeds: of each measurement.
-        tolerance: of each bisection, deg.
-        jobs: processes; one per core by default.
         explain: whether to measure also the effect of changes on limits that miss, and limits
             facing uphill.
         robot: constants of another robot, by name or file; the default one if empty.
         engine: of the measurements; the limits are measured on the other engine as well.
-
-    Raises:
-        KhrError: if an argument is not accepted.
     """
     integer('--seeds', seeds, 2, 100)
     settings: Changes = tuple(constants_of(robot).items()) if robot else ()

@@ -53,11 +53,9 @@ def map_result(runs: pd.DataFrame, name: str, bisected: bool = False) -> MapResu
 
 
 def best_cells(cells: pd.DataFrame, x: str) -> pd.DataFrame:
-    """Return the best cell of each ``x`` by ``CRITERION``, sorted by ``x``.
+    """Return the best cell of each ``x`` of a tally by ``CRITERION``, sorted by ``x``.
 
-    Args:
-        cells: a tally by ``x`` and a gain.
-        x: name of a column; values at which no run stays up are left out.
+    Values of ``x`` at which no run stays up are left out.
     """
     merits = {
         'share_up': cells['up'] / cells['runs'],

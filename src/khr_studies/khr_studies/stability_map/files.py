@@ -51,9 +51,6 @@ def draw_map(
         out: the picture; ``map_X_Y.png`` in the folder by default.
         where: values of further swept parameters that select the runs.
         note: is called with a line about parameters of which the map pools all values.
-
-    Raises:
-        KhrError: if there is no sweep, a parameter is not swept, or a file cannot be written.
     """
     counted = stability_map(read_results(folder), x, y, where)
     for name in counted.pooled:

@@ -248,9 +248,6 @@ def draw(
 
     Returns:
         The paths of the picture and the CSV.
-
-    Raises:
-        KhrError: if there is no such figure or signal, or the folder cannot be written.
     """
     drawing = drawing_of(number)
     if signal is not None and signal not in RATES:
@@ -281,7 +278,6 @@ def run_experiments(
     """Run the missing runs of the experiments of figures; return all their runs by experiment.
 
     Raises:
-        KhrError: if there is no such figure or engine.
         RunError: if the computation was aborted; finished runs are kept.
     """
     one_of('--engine', engine, [*engines.LIBRARIES])

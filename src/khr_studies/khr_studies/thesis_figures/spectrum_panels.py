@@ -39,14 +39,11 @@ def draw_spectra(
     rate: Rate,
     phase: bool = False,
 ) -> None:
-    """Draw spectra of Gait-3 into a panel.
+    """Draw spectra of Gait-3 into a panel: amplitudes, or the phase of the large lines.
 
     Args:
-        axis: the panel.
         curves: runs of one condition, with the label and the look of their line.
         published: walks of the thesis with published peaks, and the colour of their marks.
-        rate: signal to analyse.
-        phase: draw the phase of the large lines in place of the amplitude.
     """
     for runs, label, look in curves:
         (_draw_phase if phase else _draw_amplitude)(axis, runs, label, rate, look)

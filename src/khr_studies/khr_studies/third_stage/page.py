@@ -21,11 +21,7 @@ from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, THESIS, WITHIN, 
 
 
 def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
-    """Write the page, with its plots and data in the same folder; return a summary of one line.
-
-    Raises:
-        KhrError, RunError, OSError: if a file cannot be written.
-    """
+    """Write the page, with its plots and data in the same folder; return a summary of one line."""
     plots = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
     write_table(plane.climbs, out.with_suffix('.csv'))
     for draw, path in zip((limits_figure, swing_figure), plots, strict=True):

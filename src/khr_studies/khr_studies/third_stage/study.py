@@ -106,11 +106,7 @@ class Plane:
 
     @staticmethod
     def read(path: Path) -> Plane:
-        """Read the climbs from a CSV file.
-
-        Raises:
-            KhrError: if the file cannot be read or holds no climbs.
-        """
+        """Read the climbs from a CSV file."""
         return Plane(read_table(path, COLUMNS))
 
     @property
@@ -212,19 +208,9 @@ def measure_plane(
     times: Sequence[float] = TIMES,
     quiet: bool = False,
 ) -> Plane:
-    """Measure the plane; climbs that a folder holds are not repeated.
+    """Measure the plane, and a few of its points on the other engine.
 
-    Args:
-        seeds: climbs of each setting.
-        engine: physics engine of the plane; a few points are measured on the other one too.
-        jobs: processes; one per core by default.
-        folder: of the store of finished climbs.
-        scales: force scales, V/N.
-        times: time constants, s.
-        quiet: whether to show no progress.
-
-    Raises:
-        KhrError: if an argument is not accepted.
+    Climbs that the folder holds are not repeated. Force scales are in V/N, time constants in s.
     """
     integer('--seeds', seeds, 1, 100)
     if not (scales and times):

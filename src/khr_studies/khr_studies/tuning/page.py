@@ -25,7 +25,6 @@ def write(answer: Tuning, folder: Path) -> str:
 
     Raises:
         RunError: if no candidate stayed up in any run; nothing is written then.
-        KhrError, OSError: if a file cannot be written.
     """
     axes, best, before = answer.question.axes, answer.best, answer.before
     if best['up'] == 0.0:

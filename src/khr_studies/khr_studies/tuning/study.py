@@ -254,14 +254,7 @@ def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
 
 
 def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
-    """Search; results in the folder are reused.
-
-    Args:
-        question: the search.
-        jobs: processes; one per core by default.
-        folder: of the results.
-        quiet: whether to hide the progress.
-    """
+    """Search; results in the folder are reused."""
     check_workers(jobs, '--workers')
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)
     question.scenarios(first)  # reports a mistake before anything starts
