@@ -60,7 +60,8 @@ def ensemble(
     """Select the candidates that fit within a tolerance, or the ``least`` best if fewer fit.
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
-    cost: in the cost alone, which sums all misses, many small misses outweigh a row that is met.
+    cost: the cost sums all misses, so by cost alone a robot that nearly misses everything could
+    beat one that meets more rows.
     A candidate that does not stay up on level ground does not fit. Of candidates that differ in one
     constant only, the best is kept; if more than ``most`` are left, a diverse selection.
     """

@@ -71,7 +71,8 @@ def calibration_of(
     found = ensemble(plan, confirmed or robots)
     if not found.robots:
         raise RunError(
-            f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
+            f'none of {len(robots)} candidates was measured on every row and stayed up on level '
+            'ground; raise --candidates'
         )
     return Calibration(
         plan,

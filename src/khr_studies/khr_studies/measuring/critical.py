@@ -26,7 +26,8 @@ from khr_sweeps.trial import Row, outcome_columns
 
 STEP = 0.8  # deg, of a search until it has seen the robot both stay up and not
 START = 5.0  # deg, first inclination of every search; equal to no value of the thesis
-GOLDEN = 0.6180339887  # spreads the lattices of the seeds evenly over a tolerance
+# Golden ratio: offsets the grid of each seed by another part of the tolerance.
+GOLDEN = 0.6180339887
 
 
 def run_condition(

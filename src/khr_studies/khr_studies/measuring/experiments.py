@@ -64,7 +64,7 @@ OpenSweep = tuple[Sweep, Folder]
 
 
 def runs_of(folder: Path) -> Runs:
-    """Return the finished runs in the folder of a sweep, in the order of its axes, then of seeds."""
+    """Return the finished runs in the folder of a sweep by its axes, then by seeds."""
     results = read_results(folder)
     request = request_of(results)
     axes: dict[str, Any] = request['axes']

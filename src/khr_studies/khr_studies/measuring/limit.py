@@ -17,7 +17,8 @@ from khr_studies.measuring.run_table import half_interval, run_table
 ENDS = (0.0, 20.0)  # deg, range of a search
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 NORMAL = 1.96  # standard deviations of 95 %
-RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/integration)
+# Numerical uncertainty of a limit: its shift, deg, when the physics step is halved.
+RAGGED = 0.1
 ONE_SEED_DEG = 0.15  # assumed standard deviation with one seed: as measured over five
 
 

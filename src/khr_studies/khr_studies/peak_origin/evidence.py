@@ -265,7 +265,7 @@ def _removed(peak: TracedPeak, pairs: Pairs, words: str, origin: Origin) -> Evid
 def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     """Test whether its variations from cycle to cycle follow those of the slip speed."""
     coherence, limit = base.slip_coherence(peak.frequency)
-    words = f'coherence with the slip speed {coherence:.2f}, chance stays below {limit:.2f}'
+    words = f'coherence with the slip speed {coherence:.2f}, independent noise stays below {limit:.2f} (99 %)'
     if coherence <= limit:
         return _not(words, 'slipping')
     if base.locked_share(peak.frequency) >= LOCKED:

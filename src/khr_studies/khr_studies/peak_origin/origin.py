@@ -30,9 +30,9 @@ RULE = (
     'one of 20 spectra of noise one does). Its label is the origin that at least two experiments '
     'speak for, and more than speak against it, while some experiment speaks against each other '
     'origin. High: at least five experiments agree with the label and none speaks against it; '
-    'medium: at least four agree, and one of these conditions short of high; low: anything '
-    'less, or an amplitude whose interval over the seeds holds 0; one seed has no interval and '
-    'is short of high'
+    'medium: at least four agree, and exactly one of the conditions of high fails (five agree; '
+    'none against; two seeds or more); low: anything less, or an amplitude whose interval over '
+    'the seeds holds 0'
 )
 
 
