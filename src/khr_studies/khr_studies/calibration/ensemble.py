@@ -54,25 +54,23 @@ class Ensemble:
         return np.array([robot.value(title) for robot in self.robots])
 
 
-def ensemble(
-    plan: CalibrationPlan, robots: Sequence[Candidate], least: int = LEAST, most: int = MOST
-) -> Ensemble:
-    """Select the candidates that fit within a tolerance, or the ``least`` best if fewer fit.
+def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
+    """Select the candidates that fit within a tolerance, or the ``LEAST`` best if fewer fit.
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
     cost: the cost sums all misses, so by cost alone a robot that nearly misses everything could
     beat one that meets more rows.
     A candidate that does not stay up on level ground does not fit. Of candidates that differ in one
-    constant only, the best is kept; if more than ``most`` are left, a diverse selection.
+    constant only, the best is kept; if more than ``MOST`` are left, a diverse selection.
     """
     complete = [
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
     ]
     misses = sorted(worst_miss(plan, robot) for robot in complete)
-    tolerances = max([1.0, *misses[:least]])
+    tolerances = max([1.0, *misses[:LEAST]])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
     fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
-    kept = diverse(plan, distinct(fitting), most)
+    kept = diverse(plan, distinct(fitting), MOST)
     members = tuple(index for index, robot in enumerate(fitting) if robot in kept)
     return Ensemble(tuple(fitting), members, tolerances, len(robots), len(complete))
 

@@ -120,12 +120,12 @@ CHECKED = (
 )
 
 
-def study(bouts: int = 50, workers: int | None = None, quiet: bool = False) -> pd.DataFrame:
+def study(bouts: int = 50, workers: int | None = None) -> pd.DataFrame:
     """Fight so many bouts of each cell; return one table with a row for each.
 
     A command that was interrupted goes on where it stopped.
     """
-    with kept_pool(__name__, 'fights', workers, ROOT, quiet) as kept:
+    with kept_pool(__name__, 'fights', workers, ROOT) as kept:
         return measure(
             kept,
             fight_once,

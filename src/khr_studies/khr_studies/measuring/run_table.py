@@ -98,20 +98,14 @@ def parameter_columns(scenario: Scenario) -> Row:
     }
 
 
-def tally(
-    table: pd.DataFrame, by: Sequence[str], medians: Sequence[str] = MEDIANS
-) -> pd.DataFrame:
+def tally(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
     """Count the runs of each condition; runs without an outcome are left out.
 
-    Args:
-        table: the runs.
-        by: condition columns; the conditions keep the order in which they first occur.
-        medians: outcome columns to take medians of, over the runs that stayed up.
-
     Returns:
-        A row for each condition: the columns ``by``, the numbers ``runs``, ``up``, ``lost`` and
-        ``slipped`` (of those that stayed up), ``fell_at_s`` (median of the falls) and the medians;
-        NaN without such a run.
+        A row for each condition, in the order in which they first occur: the columns ``by``, which
+        name it, the numbers ``runs``, ``up``, ``lost`` and ``slipped`` (of those that stayed up),
+        and as medians ``fell_at_s`` and, of those that stayed up, ``MEDIANS``; NaN without such a
+        run.
     """
     judged = table[table['stayed_up'].notna()]
     up = judged['stayed_up'].astype(bool)
@@ -121,10 +115,10 @@ def tally(
         lost=(~up).astype(int),
         slipped=(up & (judged['verdict'] == 'slipped')).astype(int),
         fell_at_s=judged.get('fell_at_s', np.nan),
-        **{name: judged[name].where(up) for name in medians},
+        **{name: judged[name].where(up) for name in MEDIANS},
     )
     how = dict.fromkeys(('runs', 'up', 'lost', 'slipped'), 'sum')
-    how |= dict.fromkeys(('fell_at_s', *medians), 'median')
+    how |= dict.fromkeys(('fell_at_s', *MEDIANS), 'median')
     return counted.groupby([*by], sort=False, dropna=False).agg(how).reset_index()
 
 

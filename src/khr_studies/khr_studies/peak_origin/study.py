@@ -171,18 +171,13 @@ def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
 
 
 def run_variants(
-    scenario: str,
-    fast: bool,
-    workers: int | None = None,
-    root: Path = ROOT,
-    changed: Sequence[str] = (),
+    scenario: str, fast: bool, workers: int | None = None, changed: Sequence[str] = ()
 ) -> Runs:
     """Run the cases of the experiment ``lines`` on another scenario; return all finished runs.
 
     Args:
         scenario: file or name.
         fast: whether to run one seed only.
-        root: folder of the runs; finished runs of the same code are not repeated.
         changed: parameters to change in all variants, each ``node.parameter=value``.
 
     Raises:
@@ -199,6 +194,6 @@ def run_variants(
     given['set'] |= changes
     specification = sweep_from(given, f'{EXPERIMENT} of {scenario}', fast=fast)
     other = f'-{identity(changes, "")[:8]}' if changes else ''
-    path = root / (walk.name + other + ('-fast' if fast else ''))
+    path = ROOT / (walk.name + other + ('-fast' if fast else ''))
     run_sweeps({path: specification}, processes, EXPERIMENT)
     return runs_of(path)

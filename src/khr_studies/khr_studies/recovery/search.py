@@ -129,7 +129,7 @@ class Found:
         )
 
 
-def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool = False) -> Found:
+def search(asked: Search, workers: int | None, folder: Path = ROOT) -> Found:
     """Search; a command that was interrupted goes on where it stopped."""
     table = RecoveryParameters()
     default = [getattr(table, name)[asked.index] for name in RANGES]
@@ -140,7 +140,7 @@ def search(asked: Search, workers: int | None, folder: Path = ROOT, quiet: bool 
     pushes_each = sum(map(len, PLAN.values()))
     runs = cases * (LIMIT * len(SUBJECTS) + (1 + generations * POPULATION) * pushes_each)
     longer = {limit_of_ankles: LIMIT}
-    with kept_pool(__name__, title, workers, folder, quiet, runs, longer) as kept:
+    with kept_pool(__name__, title, workers, folder, runs=runs, costs=longer) as kept:
         pushes = asked.pushes(kept)
         before = best = (*_costs(kept, asked, pushes, [default])[0], default)
         optimiser = evolution(start, SPREAD, 1 + asked.seed, POPULATION)

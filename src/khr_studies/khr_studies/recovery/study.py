@@ -45,7 +45,7 @@ ROOT = Path('runs/recovery')
 
 
 def study(
-    seeds: int = 5, robots: Sequence[int] = ROBOTS, workers: int | None = None, quiet: bool = False
+    seeds: int = 5, robots: Sequence[int] = ROBOTS, workers: int | None = None
 ) -> pd.DataFrame:
     """Measure all pushes and quiet runs; return one table, with a column ``part``.
 
@@ -54,7 +54,7 @@ def study(
     """
     keys = [(case, engine, 0) for case in CASES for engine in ENGINES]
     keys += [(case, ENGINES[-1], robot) for case in CASES[:2] for robot in robots]
-    with kept_pool(__name__, 'recovery', workers, ROOT, quiet) as kept:
+    with kept_pool(__name__, 'recovery', workers, ROOT) as kept:
         limits = measure(
             kept,
             limit_of_ankles,

@@ -53,9 +53,9 @@ def compare_with_model(plane: Plane) -> ModelComparison:
     )
 
 
-def growth(scale: float, time: float, hip_gain: float, feet: int = 2) -> float:
-    """Return the growth rate of the model's worst motion on the flat, 1/s."""
-    return loop_at(Setting(scale, time, hip_gain), feet).growth
+def growth(scale: float, time: float, hip_gain: float) -> float:
+    """Return the growth rate of the model's worst motion on the flat, on two feet, 1/s."""
+    return loop_at(Setting(scale, time, hip_gain), 2).growth
 
 
 def loop_at(setting: Setting, feet: int) -> StandingLoop:

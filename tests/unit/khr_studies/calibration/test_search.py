@@ -178,9 +178,10 @@ def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones(
     assert spreads['open']['lift'] and not spreads['open']['sway']
 
 
-def test_ensemble_of_few_that_fit_states_the_tolerance_it_needs():
+def test_ensemble_of_few_that_fit_states_the_tolerance_it_needs(monkeypatch):
+    monkeypatch.setattr('khr_studies.calibration.ensemble.LEAST', 6)
     wide = [robot(0.025 + 0.001 * step, lift=0.01 + 0.001 * step) for step in range(8)]
-    found = ensemble(PLAN, wide, least=6)
+    found = ensemble(PLAN, wide)
     assert len(found.robots) == 6
     assert found.tolerances == pytest.approx(max(worst_miss(PLAN, one) for one in found.robots))
     assert found.tolerances > 1.0

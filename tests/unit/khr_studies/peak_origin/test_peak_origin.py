@@ -171,9 +171,10 @@ def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, su
     assert [text.get_text() for text in axis.texts] == [mark]
 
 
-def test_what_is_no_walk_is_refused(tmp_path):
+def test_what_is_no_walk_is_refused(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(KhrError, match='accepted: a walk'):
-        run_variants('stand_0deg', True, 1, tmp_path)
+        run_variants('stand_0deg', True, 1)
     assert not list(tmp_path.iterdir())
 
 
@@ -187,9 +188,9 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
             return 0
 
     monkeypatch.setattr(lines, 'run_sweeps', ask)
-    assert run_variants('walk_5.55deg', True, 1, tmp_path) == []
-    engine = ['simulator.engine=mujoco']
-    assert run_variants('walk_5.55deg', True, 1, tmp_path, engine) == []
+    monkeypatch.setattr(lines, 'ROOT', tmp_path)
+    assert run_variants('walk_5.55deg', True, 1) == []
+    assert run_variants('walk_5.55deg', True, 1, ['simulator.engine=mujoco']) == []
     (folder, specification), (other, changed) = asked.items()
     assert folder != other
     assert all(

@@ -59,11 +59,11 @@ def pushed(monkeypatch):
 
 def test_a_search_improves_on_the_default_and_resumes(pushed, tmp_path):
     asked = Search('front', 80)
-    found = search(asked, 1, tmp_path, quiet=True)
+    found = search(asked, 1, tmp_path)
     assert found.before < found.held <= found.pushes
     assert dict(zip(RANGES, found.values, strict=True))['step_length'] > 0.0672
     runs = pushed.runs
-    assert search(asked, 1, tmp_path, quiet=True) == found
+    assert search(asked, 1, tmp_path) == found
     assert pushed.runs == runs
 
 
