@@ -25,7 +25,7 @@ from khr_studies.calibration.ensemble import (
 from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import Candidate, misses
 from khr_studies.calibration.plan import FreeConstant
-from khr_studies.calibration.result import Calibration, Constant, fixed_constants, parameter_file
+from khr_studies.calibration.result import Calibration, fixed_constants, parameter_file
 from khr_studies.calibration.rows import (
     LOST,
     Row,
@@ -85,7 +85,9 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         pareto_constants=_constants_table(calibration),
         resisting=_conflicts(calibration.resisting),
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
-        others=table_of([_fixed(one) for one in fixed_constants() if one.name not in moved]),
+        others=table_of(
+            [_fixed(name, one) for name, one in fixed_constants().items() if name not in moved]
+        ),
     )
 
 
@@ -250,12 +252,8 @@ def _published(constant: FreeConstant, value: float) -> str:
     return f'{constant.origin}: {text}' + (', away' if constant.is_outside(value) else '')
 
 
-def _fixed(one: Constant) -> dict[str, str]:
-    node, _, key = one.name.partition('.')
+def _fixed(name: str, one: dict[str, str]) -> dict[str, str]:
+    node, _, key = name.partition('.')
     specification = specifications(table_of_node(node))[key]
-    return {
-        'constant': f'`{one.name}`',
-        'value': f'{specification.default} {specification.unit}'.strip(),
-        'kind': one.kind,
-        'source': one.source,
-    }
+    value = f'{specification.default} {specification.unit}'.strip()
+    return {'constant': f'`{name}`', 'value': value, **one}

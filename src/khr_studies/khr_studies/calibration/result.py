@@ -36,19 +36,11 @@ class Calibration:
         return self.found.best
 
 
-@dataclass(frozen=True)
-class Constant:
-    """A constant that matters to the results but is not searched, and its source."""
-
-    name: str  # of the parameter, node.key; its default is the value
-    kind: str  # measured | published | derived | assumed
-    source: str  # in words
-
-
-def fixed_constants() -> list[Constant]:
-    """Return the constants that are not searched."""
+def fixed_constants() -> dict[str, dict[str, str]]:
+    """Return ``kind`` and ``source`` of the constants that are not searched, by node.key."""
     text = files(__package__).joinpath('constants.yaml').read_text(encoding='utf-8')
-    return [Constant(name, **one) for name, one in yaml.safe_load(text).items()]
+    found: dict[str, dict[str, str]] = yaml.safe_load(text)
+    return found
 
 
 def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import yaml
 
@@ -31,7 +31,16 @@ from khr_studies.scoreboard.page import scoreboard_markdown
 from khr_studies.scoreboard.rows import Scoreboard
 
 MODULE = 'khr_studies.documents.docs_generator'  # also when it runs as __main__
-Result = TypeVar('Result')
+# Kind and page of the stored results, by the name of their file.
+STORED: dict[str, tuple[type[Any], Callable[[Any], str]]] = {
+    'scoreboard': (Scoreboard, scoreboard_markdown),
+    'scoreboard_leaning': (
+        Scoreboard,
+        partial(scoreboard_markdown, json='scoreboard_leaning.json'),
+    ),
+    'calibration': (Calibration, calibration_markdown),
+    'findings': (Findings, findings_markdown),
+}
 
 
 def defaults_yaml() -> str:
@@ -62,25 +71,15 @@ def generated(root: Path) -> dict[Path, str]:
         docs / 'nodes.md': nodes_markdown(),
         docs / 'interfaces.md': interfaces_markdown(),
         docs / 'figures.md': figures_markdown(),
-        **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
-        **_from_results(
-            docs / 'scoreboard_leaning.json',
-            Scoreboard,
-            partial(scoreboard_markdown, json='scoreboard_leaning.json'),
-        ),
-        **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
-        **_from_results(docs / 'findings.json', Findings, findings_markdown),
+        **{
+            docs / f'{name}.md': render(read_json(docs / f'{name}.json', kind))
+            for name, (kind, render) in STORED.items()
+            if (docs / f'{name}.json').is_file()
+        },
         docs / 'scenarios.md': page_text(
             MODULE, 'scenarios', scenarios=scenario_markdown(shipped)
         ),
     }
-
-
-def _from_results(
-    path: Path, kind: type[Result], render: Callable[[Result], str]
-) -> dict[Path, str]:
-    """Return the page of stored results, if there are any."""
-    return {path.with_suffix('.md'): render(read_json(path, kind))} if path.is_file() else {}
 
 
 def main() -> None:

@@ -11,10 +11,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from khr_bringup.scenario.scenario import CONFIG
-from khr_common.errors import KhrError
+from khr_studies.measuring.json_file import read_json
 
 SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
 
@@ -26,16 +24,16 @@ class Member:
     constants: dict[str, Any]  # those that differ between robots, by node.key
     limits_deg: dict[str, float]  # critical inclinations by the title of the condition
 
+    @property
+    def changes(self) -> dict[tuple[str, str], Any]:
+        """Return the constants by (node, key)."""
+        parts = ((name.partition('.'), value) for name, value in self.constants.items())
+        return {(node, key): value for (node, _, key), value in parts}
+
 
 def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
     """Read the members of an ensemble, the best first."""
-    try:
-        return TypeAdapter(list[Member]).validate_json(path.read_bytes())
-    except (OSError, ValidationError) as error:
-        raise KhrError(
-            f'{path}: not an ensemble; accepted: a file that khr calibrate wrote '
-            f'({" ".join(str(error).split())[:120]})'
-        ) from error
+    return read_json(path, list[Member], 'an ensemble')
 
 
 def spread_of(members: list[Member]) -> dict[str, tuple[float, float]]:

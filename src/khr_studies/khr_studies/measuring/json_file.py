@@ -20,8 +20,8 @@ def write_json(path: Path, result: Any) -> None:
     write_text(path, TypeAdapter(type(result)).dump_json(result, indent=1).decode() + '\n')
 
 
-def read_json(path: Path, kind: type[Result]) -> Result:
-    """Read a dataclass that :func:`write_json` wrote."""
+def read_json(path: Path, kind: type[Result], name: str = '') -> Result:
+    """Read what :func:`write_json` wrote; messages have a name such as ``an ensemble``."""
     try:
         return TypeAdapter(kind).validate_json(path.read_bytes())
     except OSError as error:
@@ -30,7 +30,7 @@ def read_json(path: Path, kind: type[Result]) -> Result:
         first = error.errors()[0]
         where = '.'.join(map(str, first['loc']))
         raise KhrError(
-            f'{path}: not a {kind.__name__.lower()} of this version '
+            f'{path}: not {name or f"a {kind.__name__.lower()}"} of this version '
             f'({": ".join(filter(None, (where, first["msg"][:LONGEST])))}); '
             'accepted: a file that khr wrote'
         ) from error

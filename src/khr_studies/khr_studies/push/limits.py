@@ -188,11 +188,6 @@ def largest_pushes(
     )
 
 
-def coarse_pushes(engine: str = engines.DEFAULT) -> LargestPushes:
-    """Measure :func:`largest_pushes` for one duration, one gyro and two gains."""
-    return largest_pushes((PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]), engine)
-
-
 def numbers(name: str, text: str) -> list[float]:
     """Parse a list such as 0,12,18."""
     try:

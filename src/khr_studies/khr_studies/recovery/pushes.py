@@ -57,9 +57,7 @@ class Case:
         if recovery:
             changes |= dict(ENABLED)
         if robot:
-            for name, value in read_ensemble()[robot].constants.items():
-                node, _, key = name.partition('.')
-                changes[node, key] = value
+            changes |= read_ensemble()[robot].changes
         own: Changes = tuple(changes.items())
         return PushCondition(GAIN, self.duration, self.direction, changes=own)  # type: ignore[arg-type]
 

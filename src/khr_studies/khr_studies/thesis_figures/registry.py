@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -34,11 +35,7 @@ from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.gain_unit_figure import gain_unit
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
-from khr_studies.thesis_figures.vibration_figure import (
-    measure_bands,
-    measure_bands_coarsely,
-    vibration_by_gain,
-)
+from khr_studies.thesis_figures.vibration_figure import measure_bands, vibration_by_gain
 from khr_sweeps.pool import check_workers
 
 
@@ -177,7 +174,12 @@ FIGURES: dict[str, Drawing] = {
         'Largest push against the gain, robot and models',
         pushes.largest_pushes,
         measure=limits.largest_pushes,
-        quick=limits.coarse_pushes,
+        quick=partial(
+            limits.largest_pushes,
+            durations=(motions.PUSHED,),
+            gyros=('packaged',),
+            gains=(limits.GAINS[0], limits.GAINS[-1]),
+        ),
     ),
     'stages': Drawing('Staged control on tilting ground', standing.tilting_ground, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
@@ -185,7 +187,7 @@ FIGURES: dict[str, Drawing] = {
         'Vibration of the walk by band, against the ankle gain',
         vibration_by_gain,
         measure=measure_bands,
-        quick=measure_bands_coarsely,
+        quick=partial(measure_bands, gains=(0.0, 6.0, 12.0, 18.0), seeds=1),
     ),
 }
 

@@ -97,11 +97,6 @@ def measure_bands(
     return pd.DataFrame(rows)
 
 
-def measure_bands_coarsely(engine: str = engines.DEFAULT) -> pd.DataFrame:
-    """Walk with four gains and one seed, as :func:`measure_bands`."""
-    return measure_bands(engine, (0.0, 6.0, 12.0, 18.0), 1)
-
-
 def vibration_by_gain(table: pd.DataFrame) -> Figure:
     """Draw the bands over the gain: the mean over the seeds, and each walk as a dot."""
     figure, axes = panels('above 4 Hz: vibration', 'below 4 Hz: rocking', 'force of the ground')

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import degrees, isfinite
 from pathlib import Path
 
 import pandas as pd
-import yaml
 
-from khr_bringup.scenario.scenario import ANYWHERE, Scenario
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_report.page.document import Columns, table
@@ -47,14 +46,10 @@ def write(answer: Tuning, folder: Path) -> str:
 
 def scenario_text(answer: Tuning) -> str:
     """Return the text of the tuned scenario's file; it holds changes of the defaults alone."""
-    tuned: Scenario = answer.scenario
-    document = {
-        ANYWHERE + node: {'ros__parameters': keys} for node, keys in tuned.values.items() if keys
-    }
-    found = values_text(answer.question.axes, answer.best)
-    return f'# {tuned.title or tuned.name}; tuned: {found}\n' + yaml.safe_dump(
-        document, sort_keys=False
-    )
+    tuned, found = answer.scenario, values_text(answer.question.axes, answer.best)
+    stated = {node: keys for node, keys in tuned.values.items() if keys}
+    title = f'{tuned.title or tuned.name}; tuned: {found}'
+    return replace(tuned, title=title, values=stated).stated_to_yaml()
 
 
 def _nothing_better(answer: Tuning) -> str:

@@ -20,7 +20,7 @@ import pandas as pd
 
 from khr_balance.errors import GaitError
 from khr_bringup.offline import duration, run_offline
-from khr_bringup.scenario.scenario import Scenario, changes_of
+from khr_bringup.scenario.scenario import Scenario
 from khr_common.checks import integer
 from khr_common.errors import KhrError
 from khr_studies.measuring.condition import with_seed
@@ -28,7 +28,7 @@ from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import measure
-from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, Changes, GainAxis, parameter_changes
+from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, GainAxis, parameter_changes
 from khr_sweeps.pool import Pool, check_workers
 from khr_sweeps.trial import Row
 
@@ -91,11 +91,8 @@ class Question:
 
     def scenarios(self, values: Sequence[float]) -> list[Scenario]:
         """Return the scenario of a candidate with each robot."""
-        found = []
-        for constants in [robot.constants for robot in self.robots] or [{}]:
-            own: Changes = changes_of(f'{name}={value!r}' for name, value in constants.items())
-            found.append(self.scenario.changed(own | parameter_changes(self.axes, values)))
-        return found
+        gains, robots = parameter_changes(self.axes, values), self.robots
+        return [self.scenario.changed(own | gains) for own in [r.changes for r in robots] or [{}]]
 
     def measure(
         self, pool: Pool, candidates: Sequence[Sequence[float]], seeds: range

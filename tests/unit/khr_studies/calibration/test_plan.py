@@ -36,7 +36,8 @@ def test_shipped_plan_moves_parameters_within_their_ranges():
     plan = read_plan()
     for constant in plan.constants.values():
         assert len({check_default(name) for name in constant.parameters}) == 1, 'one default'
-    assert not {fixed.name for fixed in fixed_constants() if fixed.kind == 'published'} & {
+    fixed = fixed_constants().items()
+    assert not {name for name, each in fixed if each['kind'] == 'published'} & {
         name
         for constant in plan.constants.values()
         if constant.origin == 'free'
@@ -247,9 +248,10 @@ def test_the_scoreboard_calls_fitted_what_the_plan_has():
 
 
 def test_every_constant_is_a_parameter_with_a_known_provenance():
-    for constant in fixed_constants():
-        check_default(constant.name)
-        assert constant.kind in ('measured', 'published', 'derived', 'assumed')
+    for name, constant in fixed_constants().items():
+        check_default(name)
+        assert constant['kind'] in ('measured', 'published', 'derived', 'assumed')
+        assert constant['source'] and constant.keys() == {'kind', 'source'}
 
 
 def test_shipped_ensemble_holds_parameters_and_its_best_is_the_default():
