@@ -31,24 +31,19 @@ class FigureResult:
     experiments: tuple[str, ...]
     error: str = ''  # reason if it could not be drawn, else empty
 
-
-@dataclass(frozen=True)
-class Drawing:
-    """A figure that a worker is drawing."""
-
-    figure: FigureResult
-    future: Future[Any]
-
-    def finish(self) -> FigureResult:
-        """Wait for the figure; an error of the drawing or its worker is part of the result."""
+    def after(self, drawn: Future[Any]) -> FigureResult:
+        """Wait for the worker that draws it; an error of it becomes part of the result."""
         try:
-            self.future.result()
+            drawn.result()
         except Exception as error:
-            return replace(self.figure, error=error_line(error))
-        return self.figure
+            return replace(self, error=error_line(error))
+        return self
 
 
-def start_figure(pool: Pool, plan: ExperimentPlan, number: str, out: Path) -> Drawing:
+Started = tuple[FigureResult, Future[Any]]  # a figure that a worker is drawing
+
+
+def start_figure(pool: Pool, plan: ExperimentPlan, number: str, out: Path) -> Started:
     """Start drawing a figure into a folder, to which the workers need access."""
     drawing, fast, engine = FIGURES[number], plan.fast, plan.engine
     figure = FigureResult(
@@ -61,7 +56,7 @@ def start_figure(pool: Pool, plan: ExperimentPlan, number: str, out: Path) -> Dr
     return _start(pool, figure, _draw_figure, number, out.absolute(), fast, engine)
 
 
-def start_map(pool: Pool, plan: ExperimentPlan, sweep: Sweep, out: Path) -> Drawing:
+def start_map(pool: Pool, plan: ExperimentPlan, sweep: Sweep, out: Path) -> Started:
     """Start drawing a stability map over the first two axes of an experiment."""
     x, y = list(sweep.axes)[:2]
     image = out / f'{sweep.name}.png'
@@ -78,10 +73,10 @@ def error_line(error: Exception) -> str:
     return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
 
 
-def _start(pool: Pool, figure: FigureResult, job: Callable[..., Any], *arguments: Any) -> Drawing:
+def _start(pool: Pool, figure: FigureResult, job: Callable[..., Any], *arguments: Any) -> Started:
     for path in (figure.image, figure.points):
         path.unlink(missing_ok=True)  # files of an earlier reproduction
-    return Drawing(figure, pool.submit(job, *arguments))
+    return figure, pool.submit(job, *arguments)
 
 
 def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:

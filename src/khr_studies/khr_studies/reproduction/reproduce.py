@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -37,8 +38,8 @@ from khr_studies.reproduction.findings import (
     experiment_table,
 )
 from khr_studies.reproduction.pictures import (
-    Drawing,
     FigureResult,
+    Started,
     error_line,
     start_figure,
     start_map,
@@ -132,9 +133,9 @@ class Computed:
 
 def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: int) -> Computed:
     """Compute everything on one pool; jobs that depend on no other are submitted first."""
-    drawn = len(plan.figures) + len(plan.maps)
+    left = experiments.count_missing(sweeps) + len(plan.figures) + len(plan.maps)
     with (
-        ProgressBar('reproduce', experiments.count_missing(sweeps) + drawn, lines=True) as bar,
+        ProgressBar('reproduce', left, lines=True) as bar,
         local_pool(workers) as pool,
         KeptJobs(
             pool,
@@ -144,24 +145,24 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
             dict.fromkeys(LIMIT_JOBS, LIMIT_RUNS),
         ) as kept,
     ):
-        drawings: dict[str, Drawing] = {}
+        started: dict[str, Started] = {}
 
-        def follow(drawing: Drawing) -> None:
-            drawing.future.add_done_callback(lambda _: bar.advance())
-            drawings[drawing.figure.number] = drawing
+        def follow(figure: FigureResult, drawn: Future[Any]) -> None:
+            drawn.add_done_callback(lambda _: bar.advance())
+            started[figure.number] = figure, drawn
 
         of_runs = [number for number in plan.figures if FIGURES[number].experiments]
         for number in (each for each in plan.figures if each not in of_runs):
-            follow(start_figure(pool, plan, number, out))
+            follow(*start_figure(pool, plan, number, out))
         bench = _bench(kept, plan)
         if plan.scoreboard:
             submit_all(bench, explain=not plan.fast)
         computed = Computed(experiments.run_open(pool, sweeps, bar))
         for number in of_runs:
-            follow(start_figure(pool, plan, number, out))
+            follow(*start_figure(pool, plan, number, out))
         for sweep, _ in sweeps:
             if sweep.name in plan.maps:
-                follow(start_map(pool, plan, sweep, out))
+                follow(*start_map(pool, plan, sweep, out))
         if plan.scoreboard:
             computed.scoreboard = computed.attempt(
                 SCOREBOARD, lambda: compare(bench, explain=not plan.fast)
@@ -169,8 +170,9 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
         if computed.scoreboard:
             measured = computed.attempt('table of runs', bench.runs)
             computed.measured = computed.measured if measured is None else measured
-        computed.figures = [drawings[number].finish() for number in plan.figures]
-        computed.maps = [drawings[name].finish() for name in plan.maps]
+        drawn = {number: figure.after(future) for number, (figure, future) in started.items()}
+        computed.figures = [drawn[number] for number in plan.figures]
+        computed.maps = [drawn[name] for name in plan.maps]
         return computed
 
 
