@@ -32,6 +32,11 @@ from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions, recovery_figure
 from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
+from khr_studies.thesis_figures.amplitude_figure import (
+    amplitude_by_slope,
+    measure_amplitudes,
+    measure_amplitudes_coarsely,
+)
 from khr_studies.thesis_figures.gain_unit_figure import gain_unit
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
@@ -146,6 +151,12 @@ FIGURES: dict[str, Drawing] = {
     '5.13': Drawing('Smooth and rubber soles, ankle control', spectra.ankle_on_soles, SOLES),
     '5.14': Drawing(
         'Smooth and rubber soles, ankle and hip control', spectra.ankle_and_hip_on_soles, SOLES
+    ),
+    'amplitude_by_slope': Drawing(
+        'Amplitude of the pitch rate against the inclination, by centre of mass',
+        amplitude_by_slope,
+        measure=measure_amplitudes,
+        quick=measure_amplitudes_coarsely,
     ),
     'capture_point': Drawing(
         'Largest push by feet, flywheel and steps, models', recovery_figure.capture_point

@@ -49,6 +49,17 @@ def band_rms(signal: NDArray[np.float64], period: float, low: float, high: float
     return float(np.sqrt(2.0 * np.sum(np.abs(lines[chosen]) ** 2)))
 
 
+def settled_cycles(gait: GaitParameters, time: NDArray[np.float64]) -> list[NDArray[np.bool_]]:
+    """Return which samples lie in the second cycle of a walk, in the third and so on, (N,) each.
+
+    Args:
+        gait: of the walk.
+        time: of the samples, s, (N,).
+    """
+    cycles = [gait_of(gait).cycle(number + 1) for number in range(1, gait.cycles)]
+    return [(time >= begin) & (time < end - 1e-9) for begin, end in cycles]
+
+
 def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dict[str, float]:
     """Return the true pitch rate of a walk by band, deg/s, and the unrest of the ground's force.
 
@@ -70,8 +81,7 @@ def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dic
         return {}
     time, rate, force = np.array(samples).T
     period = float(np.median(np.diff(time)))
-    cycles = [gait_of(gait).cycle(number + 1) for number in range(1, gait.cycles)]
-    inside = [(time >= begin) & (time < end - 1e-9) for begin, end in cycles]
+    inside = settled_cycles(gait, time)
 
     def mean(signal: NDArray[np.float64], low: float, high: float) -> float:
         powers = [band_rms(signal[cycle], period, low, high) ** 2 for cycle in inside]

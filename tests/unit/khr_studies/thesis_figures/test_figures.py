@@ -13,6 +13,7 @@ from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
 from khr_report.plots.points import write_points
 from khr_studies.thesis_figures import registry
+from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from khr_studies.thesis_figures.vibration_figure import (
@@ -47,6 +48,7 @@ SLOW = (
     '4.8',
     '4.11',
     '4.12',
+    'amplitude_by_slope',
     'push',
     'push_robot',
     'stiffness',
@@ -120,6 +122,19 @@ def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
     assert table['vibration'].to_numpy() == pytest.approx(np.sqrt(squares).to_numpy())
     with styled():
         check_whole(vibration_by_gain(table.reset_index()))
+
+
+@pytest.mark.slow
+def test_the_amplitude_falls_with_the_slope_until_the_heels_lift():
+    table = measure_amplitudes('mujoco', (0.0, 0.01), (0, 2, 4, 6), 1)
+    with styled():
+        check_whole(amplitude_by_slope(table))
+    amplitude = table.pivot(index='slope', columns='shift_mm', values='amplitude')
+    heels_up = table.pivot(index='slope', columns='shift_mm', values='heels_up')
+    assert amplitude.at[4, 0.0] < 0.9 * amplitude.at[2, 0.0] < 0.9 * amplitude.at[0, 0.0]
+    assert amplitude.at[4, 10.0] > 1.1 * amplitude.at[2, 10.0]
+    assert heels_up.at[4, 10.0] > 2.0 * heels_up.at[4, 0.0]
+    assert not np.isnan(amplitude.at[6, 0.0]) and np.isnan(amplitude.at[6, 10.0])  # it fell
 
 
 def test_the_table_holds_the_model_s_own_numbers(tmp_path):
