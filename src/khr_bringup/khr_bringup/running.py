@@ -12,7 +12,7 @@ from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
+from khr_bringup.graph.run_registry import RunEntry, registered
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
@@ -45,7 +45,6 @@ def run_to_end(
         KhrError: if an option is not accepted.
         RunError: if the run could not go on.
     """
-    check_domain(options.domain)
     if options.offline:
         write_text(folder / SCENARIO, as_run(scenario))
         return run_offline(scenario, offline_progress(callbacks.progress))

@@ -50,7 +50,3 @@ class LivePage:
         self.panel = LivePanel(server, later, scenarios, at_the_end, own)
         self.display.add_look()
         self.attempts = Attempts()
-
-    def close(self) -> None:
-        """Stop serving the page."""
-        self.display.close()

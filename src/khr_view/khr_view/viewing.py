@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
@@ -106,7 +105,7 @@ def live_page(
         yield Observer(lambda: in_thread(show, report), made)
     finally:
         for page in made:
-            page.close()
+            page.display.close()
 
 
 @contextmanager
@@ -140,6 +139,4 @@ def _announce(guard: AccessGuard, browser: bool, report: Report) -> None:
 
 def _screen() -> bool:
     """Return whether there is a graphical display: a text browser cannot show the page."""
-    if sys.platform != 'linux':
-        return True
     return bool(os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY'))

@@ -17,7 +17,7 @@ from khr_analysis.node_specs import MONITOR, RECORDER
 from khr_analysis.referee import BLUE, RED, ROBOTS, RefereeParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.run_folder import SCENARIO as FOLDER_FILE
-from khr_bringup.scenario.control_text import control_of, title_of
+from khr_bringup.scenario.control_text import title_of
 from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_bringup.scenario.parameter_file import (
     PARAMETERS,
@@ -64,11 +64,6 @@ class Bout:
     def engine(self) -> str:
         """Return the physics engine."""
         return self.robots[RED].table(RunParameters).engine
-
-    @property
-    def controls(self) -> str:
-        """Return the controls of both robots as text."""
-        return ' against '.join(control_of(scenario) for scenario in self.robots.values())
 
     def in_round(self, number: int) -> dict[str, Scenario]:
         """Return the robots in a round, from 0: no two of a bout have the same seed."""

@@ -14,7 +14,7 @@ from khr_bringup.bout.result import BoutResult, Round, fight, write_bout
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
+from khr_bringup.graph.run_registry import RunEntry, registered
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
 from khr_common import RunError
@@ -36,7 +36,6 @@ def run_to_decision(
         RunError: if a round could not go on; a node of one robot is named with the robot.
         KeyboardInterrupt: if a signal has ended a round.
     """
-    check_domain(options.domain)
     if options.offline:
         return record_bout(
             bout,

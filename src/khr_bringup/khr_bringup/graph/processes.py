@@ -21,8 +21,7 @@ FROZEN = 15.0  # s of wall time after which a process that a signal has stopped 
 # All is closed, but the middleware did not let go, so the process's own alarm ended it.
 KILLED_BY_TIMER = -signal.SIGALRM
 STOPPED_AS_IT_STARTED = -signal.SIGINT  # before it had anything to close
-LEFT = (0, KILLED_BY_TIMER)
-WELL = (*LEFT, STOPPED_AS_IT_STARTED)
+WELL = (0, KILLED_BY_TIMER, STOPPED_AS_IT_STARTED)
 POLL = 0.02  # s of wall time between looks at a process that is to end
 CLOSING = 25.0  # GRACE of a process with listeners to wait for, or a bag to finish
 

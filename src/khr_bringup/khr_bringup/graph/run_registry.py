@@ -139,7 +139,7 @@ def running() -> list[RunEntry]:
     for path in sorted(paths, key=_time_of):  # a name with a dot is of a file being written
         with suppress(ValueError, TypeError, OSError, RecursionError):
             entry = _entry(json.loads(path.read_text(encoding='utf-8')))
-            if _alive(entry.pid) and _is_locked(entry.domain):
+            if Path(f'/proc/{entry.pid}').exists() and _is_locked(entry.domain):
                 entries.append(entry)
                 continue
         _forget(path)
@@ -321,13 +321,3 @@ def _time_of(path: Path) -> float:
         return path.stat().st_mtime
     except OSError:  # its run has ended meanwhile
         return 0.0
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

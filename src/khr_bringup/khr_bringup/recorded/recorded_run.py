@@ -116,11 +116,6 @@ class RecordedRun:
         return self._bag[0]
 
     @property
-    def readable(self) -> bool:
-        """Return whether the bag, or its beginning, could be read."""
-        return not isinstance(self._bag, KhrError)
-
-    @property
     def damage(self) -> str:
         """Describe the damage of the bag in one line; empty if it is whole."""
         return str(self._bag) if isinstance(self._bag, KhrError) else self._bag[1]

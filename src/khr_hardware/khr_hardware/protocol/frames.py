@@ -7,7 +7,7 @@ other check is the parity of each byte, by the serial port.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 
 from khr_hardware.errors import BadReplyError
@@ -75,7 +75,6 @@ def refusal(command: int) -> Packet:
     return Packet(command, bytes((NOT_ACKNOWLEDGED,)))
 
 
-@dataclass
 class Splitter:
     """Split received bytes into frames, as they arrive.
 
@@ -83,8 +82,8 @@ class Splitter:
     always found.
     """
 
-    dropped: int = 0  # number of dropped bytes
-    _held: bytearray = field(default_factory=bytearray)
+    def __init__(self) -> None:
+        self._held = bytearray()
 
     def feed(self, data: bytes) -> list[Packet]:
         """Return the frames completed by the received bytes."""
@@ -101,7 +100,6 @@ class Splitter:
                     del self._held[:size]
                     continue
             del self._held[0]
-            self.dropped += 1
         return found
 
     @property
@@ -111,5 +109,4 @@ class Splitter:
 
     def forget(self) -> None:
         """Drop an incomplete frame after a gap in the input."""
-        self.dropped += len(self._held)
         self._held.clear()

@@ -14,7 +14,7 @@ from khr_common.published import CONTROL_PERIODS
 
 RAM_SIZE = 0x0490
 ROM_SIZE = 0x40000
-CONFIG, PROGRAM_COUNTER = 0x0000, 0x0002
+CONFIG = 0x0000
 AD_REFERENCES, AD_VALUES, AD_CHANNELS = 0x000C, 0x0022, 11
 ICS_TABLE, ICS_NUMBERS, UNASSIGNED = 0x0044, 35, 0xFFFF
 RECORDS, RECORD_SIZE = 0x0090, 20
@@ -23,7 +23,7 @@ VERSION = b'CB-4 V1.0      090715          \xc7'
 FREE, HOLD = 0x8000, 0x7FFF
 CENTRE, LOWEST, HIGHEST = 7500, 3500, 11500  # positions of a servo
 COUNT_DEG = 0.03375
-BATTERY_VOLTS, AD_VOLTS = 25.0 / 1024, 5.0 / 1024  # per AD step, of channel 0 and the others
+BATTERY_VOLTS = 25.0 / 1024  # per AD step of channel 0
 BAUD_RATES = (115_200, 625_000, 1_250_000)  # in the order of their code in the configuration
 
 # Offsets in a servo record.

@@ -21,12 +21,10 @@ def count(number: int, one: str, many: str = '') -> str:
     return f'{number} {one if number == 1 else many or f"{one}s"}'
 
 
-def csv_text(
-    head: Iterable[str], rows: Iterable[Iterable[Any]], digits: int, end: str = '\r\n'
-) -> str:
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]], digits: int) -> str:
     """Write rows as comma-separated values below their heads, numbers with so many digits."""
     text = StringIO()
-    writer = csv.writer(text, lineterminator=end)
+    writer = csv.writer(text)
     writer.writerow(head)
     for row in rows:
         writer.writerow(f'{one:.{digits}g}' if isinstance(one, float) else one for one in row)

@@ -60,8 +60,7 @@ class Traces:
         earlier: the attempt that the charts show as a ghost.
     """
 
-    def __init__(self, span: float = SPAN) -> None:
-        self._span_ns = round(span * 1e9)
+    def __init__(self) -> None:
         self._stamps: dict[Topic, list[int]] = {topic: [] for topic in chart_topics()}
         self._numbers: dict[Topic, list[Numbers]] = {topic: [] for topic in chart_topics()}
         self.swings: Swings = {}
@@ -109,7 +108,7 @@ class Traces:
 
     def _start(self, topic: Topic) -> int:
         stamps = self._stamps[topic]
-        return bisect_left(stamps, stamps[-1] - self._span_ns) if stamps else 0
+        return bisect_left(stamps, stamps[-1] - round(SPAN * 1e9)) if stamps else 0
 
     def _columns(self, chart: Chart, start: int) -> tuple[Array, ...]:
         stamps = self._stamps[chart.clock][start:]

@@ -26,7 +26,6 @@ class Status:
 
     scenario: str = ''  # name of the scenario; empty if it is unknown
     state: str = 'no run'  # of the simulator; no run while there is none
-    reason: str = ''  # of the state
     # so far, by the monitor; None before its first report
     outcome: Outcome | SensedOutcome | None = None
     factor: float | None = None  # simulated over wall time, NaN if it is not known yet

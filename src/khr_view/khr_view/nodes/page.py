@@ -88,7 +88,7 @@ class PageNode(KhrNode):
         if len(self._robots) == 1:
             self._page.attempts.add(self._run, self._traces)
         if self._closes_page:
-            self._page.close()
+            self._display.close()
 
     def _show_attempts(self) -> None:
         attempts = self._page.attempts

@@ -6,6 +6,7 @@ from khr_analysis.outcome import MonitorParameters
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import is_bout, load_bout, parse_bout, shipped_bouts
+from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.scenario import shipped
 from khr_common.errors import KhrError
 from khr_sim.run_parameters import RunParameters
@@ -82,7 +83,8 @@ def test_changes_are_of_both_of_one_or_of_the_rules():
     changed = bout().set_to(texts)
     red, blue = (each.table(AnkleControllerParameters) for each in changed.robots.values())
     assert (red.gain, blue.gain, changed.rules.rounds) == (9.0, 9.0, 5)
-    assert changed.controls == 'K_A 9 (gyro) against K_A 9 (gyro), K_H 12'
+    controls = [control_of(robot) for robot in changed.robots.values()]
+    assert controls == ['K_A 9 (gyro)', 'K_A 9 (gyro), K_H 12']
     assert changed.title == ', '.join(['Two stand', *texts])
 
 
