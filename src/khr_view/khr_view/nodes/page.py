@@ -188,7 +188,7 @@ class PageNode(KhrNode):
             each.scene.pushable = self.count_publishers(PUSHED.under(each.name).name) > 0
         self._panel.show_offers(self._client.pausable, self._scene.pushable)
         if not (self._scene.truth or self.count_publishers(ROBOT_DESCRIPTION.name)):
-            self._robots[0].reports.on_description(String(data=Robot.load().urdf))
+            self._robots[0].on_description(String(data=Robot.load().urdf))
 
     def _note(self, state: str) -> None:
         trouble = self._run.trouble or ('' if self._scene.truth else NO_TRUTH)

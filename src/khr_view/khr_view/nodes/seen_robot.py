@@ -2,21 +2,52 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from functools import partial
+from math import isfinite
+from typing import Any
 
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64MultiArray, String
 
-from khr_common.interfaces import PUSH, STAGE, WORLD
+from khr_analysis.outcome import Outcome
+from khr_bringup.changes import changes_in
+from khr_bringup.recorded.events import Event, number, received_push
+from khr_common.errors import KhrError
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    PEAKS,
+    PUSH,
+    PUSHED,
+    ROBOT_DESCRIPTION,
+    SPECTRUM,
+    STAGE,
+    STATE,
+    WORLD,
+)
 from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import MalformedError, check_status
 from khr_common.stamps import RunTime
+from khr_common.status_values import real
+from khr_common.text.quoting import one_line
 from khr_description.robot import Robot
-from khr_view.charts.charts import BALANCE, CONSTANT, polled_topics
+from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, polled_topics
+from khr_view.charts.spectrum_lines import (
+    Array,
+    PlacedPeak,
+    belong_together,
+    bins_in,
+    peaks_in,
+    spectrum_lines,
+)
 from khr_view.charts.traces import Traces
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
 from khr_view.model.snapshot import NEEDED
 from khr_view.nodes.latest_messages import LatestMessages
-from khr_view.nodes.reports import Reports
 from khr_view.nodes.run_client import RunClient
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel
@@ -39,7 +70,6 @@ class SeenRobot:
         name: of the robot.
         robot: its description; None before it has come.
         run, scene, traces: its state, pose and signals so far.
-        reports: of the topics that are not periodic.
     """
 
     def __init__(
@@ -52,29 +82,29 @@ class SeenRobot:
         client: RunClient,
         described: Callable[[], None],
     ) -> None:
-        self.name, self._described = name, described
+        self.name, self._number, self._described = name, number, described
+        self._identity, self._client = node.run, client
+        self._display, self._panel = display, panel
         self.robot: Robot | None = None
         self.run, self.scene, self.traces = LiveRun(), LiveScene(), Traces()
         topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
         self._time = RunTime()
         self._samples = LatestMessages(node, topics, DEPTH, name)
         self._push = node.publisher(PUSH.under(name))
-        self.reports = Reports(
-            node,
-            self.run,
-            self.scene,
-            self.traces,
-            display,
-            panel,
-            client,
-            self._on_robot,
-            name,
-            number,
-        )
-
-    def _on_robot(self, robot: Robot) -> None:
-        self.robot = robot
-        self._described()
+        self._tones: list[PlacedPeak] = []
+        self._bins: tuple[Array, Array] | None = None
+        callbacks: dict[Any, Any] = {
+            ROBOT_DESCRIPTION: self.on_description,
+            STATE: self._on_state,
+            DIAGNOSTICS: partial(self._on_diagnostics, name),
+            SPECTRUM: self._on_spectrum,
+            PEAKS: self._on_peaks,
+            PUSHED: self._on_push,
+        }
+        for topic, callback in callbacks.items():
+            node.subscribe(topic.under(name), callback)
+        if name:
+            node.subscribe(DIAGNOSTICS, partial(self._on_diagnostics, ''))  # of the simulator
 
     def look(self) -> bool:
         """Take the newest samples; return whether there were some."""
@@ -103,3 +133,72 @@ class SeenRobot:
     def close(self) -> None:
         """Leave the topics."""
         self._samples.close()
+
+    # ---- topics that are not periodic ----
+
+    def on_description(self, message: String) -> None:
+        """Take the description of the robot; the first one counts."""
+        try:
+            robot = self.scene.describe(message.data)
+        except KhrError as error:
+            self.run.trouble = str(error)
+            return
+        if robot is None:
+            return
+        self.scene.configure(self.run.of('simulator'))
+        self.robot = robot
+        self._described()
+
+    def _on_state(self, status: DiagnosticStatus) -> None:
+        values = {pair.key: pair.value for pair in status.values}
+        check_status(values, self._identity)
+        self.run.reported = time.monotonic()
+        self.run.status.state = one_line(status.message)
+        self.run.trouble = one_line(values.get('reason', ''))
+        self._panel.show_state(status.message)
+
+    def _on_diagnostics(self, robot: str, array: DiagnosticArray) -> None:
+        changes = changes_in([array])
+        self._client.on_changes(changes, robot)
+        self.traces.events += [
+            Event(each.time, f'{each.node}.{each.parameter} = {number(each.value)}')
+            for each in changes
+        ]
+        for status in array.status:
+            values = {pair.key: pair.value for pair in status.values}
+            if status.name == 'monitor' and 'time' in values:
+                self.run.status.monitor(status.message, values)
+                outcome = self.run.status.outcome
+                if isinstance(outcome, Outcome):
+                    fell = Event(outcome.fell_at, 'fell') if outcome.fell_at is not None else None
+                    if fell and fell not in self.traces.events:
+                        self.traces.events.append(fell)
+                    stamp_ns = round(1e9 * real(values, 'time'))
+                    self.traces.add(SLIP, stamp_ns, (outcome.slip_distance,))
+            elif 'sync' in values:  # from the simulator or a driver
+                self.run.status.simulator(values)
+                self._panel.show_sync(values['sync'])
+                self.run.reported = time.monotonic()
+
+    def _on_peaks(self, array: DiagnosticArray) -> None:
+        self._tones = peaks_in(array)
+        self._show_spectrum()
+
+    def _on_spectrum(self, message: Float64MultiArray) -> None:
+        self._bins = bins_in(message)
+        self._show_spectrum()
+
+    def _show_spectrum(self) -> None:
+        """Draw the spectrum once its bins and its peaks, which come in two messages, are there."""
+        if self._bins and self._display.readers and belong_together(*self._bins, self._tones):
+            lines = spectrum_lines(*self._bins, self._tones, self.run.motion.cycle)
+            self._display.show_spectrum(lines, self._number)
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        force = message.wrench.force
+        if not isfinite(force.x + force.y + force.z):
+            raise MalformedError('numbers that are not finite')
+        self.traces.events.append(received_push(message))
+        if message.header.frame_id in ('', WORLD) and self.scene.snapshot is not None:
+            acting = np.array((force.x, force.y, force.z))
+            self._display.show_push(self.scene.snapshot, acting, acts=True, number=self._number)
