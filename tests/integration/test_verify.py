@@ -16,7 +16,7 @@ from rosbags.rosbag2 import Reader
 from khr_analysis.recording import Recording
 from khr_bringup.code_version import MADE_WITH, MARK, code_version
 from khr_bringup.recorded.integrity import check_bag
-from khr_bringup.recorded.mend import mend
+from khr_bringup.recorded.storage import mend
 from khr_bringup.recorded.verify import read_recorded, verify
 from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, make_bag, push, reported, state

@@ -163,8 +163,7 @@ def run(
     with ExitStack() as shown:
         also = None
         if progress:
-            from khr.progress import show_run
-            from khr_sweeps.progress import ProgressBar
+            from khr_sweeps.progress import ProgressBar, show_run
 
             bar = shown.enter_context(ProgressBar(total=length(chosen), unit='s'))
             also = offline_progress(partial(show_run, bar))

@@ -9,6 +9,8 @@ from datetime import timedelta
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from khr_bringup.result import Progress as RunProgress
+
 REFRESH = 0.2  # s between two updates on a terminal
 INTERVAL = 15.0  # s between two lines elsewhere
 
@@ -113,3 +115,13 @@ class ProgressBar:
         )
         if not started:
             self._bar.start()
+
+
+def show_run(bar: ProgressBar, progress: RunProgress) -> None:
+    """Show the progress of a run on a bar of simulated seconds."""
+    words = [] if progress.factor is None else [f'x{progress.factor:.2f}']
+    if progress.pitch_rate is not None:
+        words.append(f'pitch rate {progress.pitch_rate:.3f} rad/s')
+    if progress.peak:
+        words.append(f'peak {progress.peak}')
+    bar.show(progress.state, progress.time, text='  '.join(words))

@@ -6,8 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from khr_bringup.scenario.control_text import title_with_changes
-from khr_bringup.scenario.installed_engine import with_installed_engine
-from khr_bringup.scenario.scenario import Scenario, find_scenario, parse, read_scenario
+from khr_bringup.scenario.scenario import (
+    Scenario,
+    find_scenario,
+    parse,
+    read_scenario,
+    with_installed_engine,
+)
 from khr_common.text.quoting import LONGEST
 from khr_sim.run_parameters import RunParameters
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Report = Callable[[str], None]
 POLL = 0.2  # s of wall time between looks whether a browser is connected
-OBSERVE = 'khr_view.nodes.observer:observe'  # by name: nodes need ROS
+OBSERVE = 'khr_view.nodes.page:observe'  # by name: nodes need ROS
 Observed = Callable[[], AbstractContextManager[object]]
 OPENED = (
     '--host: whoever reaches {host} and has this address may look on, change parameters and push; '

@@ -5,10 +5,9 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from khr.progress import show_run
 from khr_bringup.result import Progress
 from khr_sweeps import progress
-from khr_sweeps.progress import ProgressBar
+from khr_sweeps.progress import ProgressBar, show_run
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from khr_bringup.scenario import installed_engine
+from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import load_scenario, read_scenario
 from khr_common.errors import KhrError
 from khr_view.session import Session
@@ -69,7 +69,7 @@ def test_another_scenario_without_an_engine_keeps_that_of_the_session(session):
 
 
 def test_another_scenario_runs_on_the_installed_engine(session, monkeypatch):
-    monkeypatch.setattr(installed_engine, '_installed', lambda _: False)
+    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
     session.switch('walk_6.99deg_ka12')
     assert session.next.of('simulator')['engine'] == 'mujoco'
 

@@ -13,7 +13,6 @@ from rich.table import Table
 
 from khr.cli.run import NETWORK, numbered
 from khr.cli.summary import print_line
-from khr.progress import show_run
 from khr_analysis.referee import DRAW
 from khr_bringup.bout.bout import Bout
 from khr_bringup.bout.result import BoutResult
@@ -24,7 +23,7 @@ from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.run_folder import claim_folder
 from khr_common.errors import INTERRUPTED
 from khr_sim.run_parameters import RunParameters
-from khr_sweeps.progress import ProgressBar
+from khr_sweeps.progress import ProgressBar, show_run
 from khr_view.viewing import Viewing, live_page
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from rich.console import Console
 
 from khr.cli.summary import print_line, summarise
-from khr.progress import show_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
@@ -23,7 +22,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.errors import INTERRUPTED
 from khr_sim.run_parameters import RunParameters
-from khr_sweeps.progress import ProgressBar
+from khr_sweeps.progress import ProgressBar, show_run
 from khr_view.session import Session
 from khr_view.viewing import Viewing, live_page
 

@@ -18,7 +18,6 @@ from khr_analysis.referee import BLUE, RED, ROBOTS, RefereeParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.run_folder import SCENARIO as FOLDER_FILE
 from khr_bringup.scenario.control_text import title_of
-from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_bringup.scenario.parameter_file import (
     PARAMETERS,
     REFEREE,
@@ -27,7 +26,13 @@ from khr_bringup.scenario.parameter_file import (
     blocks_of,
     with_floats,
 )
-from khr_bringup.scenario.scenario import CONFIG, Scenario, changes_of, parse
+from khr_bringup.scenario.scenario import (
+    CONFIG,
+    Scenario,
+    changes_of,
+    parse,
+    with_installed_engine,
+)
 from khr_common import build, specifications
 from khr_common.errors import KhrError
 from khr_common.text.quoting import LONGEST, meant, named, quoted

@@ -15,12 +15,12 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.referee import ROBOTS
-from khr_bringup.recorded.mend import mend
 from khr_bringup.recorded.storage import (
     ACCEPTED,
     decompressed,
     files_of,
     is_recording,
+    mend,
     opened,
     refuse_ros1,
 )

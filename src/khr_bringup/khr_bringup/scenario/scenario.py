@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import cache
 from importlib.resources import files
+from importlib.util import find_spec
 from os.path import isdir, isfile
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,7 +20,6 @@ from khr_bringup.node_registry import controllers, node_of, registry, short_name
 from khr_bringup.scenario.control_text import title_of, title_with_changes
 from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
-from khr_bringup.scenario.installed_engine import with_installed_engine
 from khr_bringup.scenario.motion_file import with_motion
 from khr_bringup.scenario.parameter_file import Values, checked, parse_value, values_of
 from khr_common import ParameterError, build, specifications
@@ -25,8 +27,11 @@ from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
 from khr_common.text.quoting import LONGEST, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.engines import LIBRARIES
 from khr_sim.run_parameters import GAIT
 
+OTHER = 'mujoco'  # the engine if PyBullet is not installed
 SHORTEST_PREFIX, MOST_OFFERED = 3, 5  # letters, and names of scenarios
 ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
 CONFIG = Path(str(files('khr_bringup') / 'config'))
@@ -185,6 +190,32 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
         sought: the kind of thing that the name may be, for the error text.
     """
     return with_installed_engine(read_scenario(find_scenario(name, sought)))
+
+
+def with_installed_engine(scenario: Scenario) -> Scenario:
+    """Return a scenario on MuJoCo if it names no engine and PyBullet is not installed.
+
+    PyBullet has no wheel for Python 3.12 and later.
+    """
+    stated = 'engine' in scenario.values.get('simulator', {})
+    if stated or _installed(LIBRARIES[SimulatorParameters().engine]):
+        return scenario
+    _say()
+    return scenario.changed({('simulator', 'engine'): OTHER})
+
+
+@cache
+def _installed(library: str) -> bool:
+    return find_spec(library) is not None
+
+
+@cache
+def _say() -> None:
+    print(
+        'khr: PyBullet is not installed (it has no wheel for this Python): MuJoCo is the engine; '
+        '"make bullet" compiles PyBullet',
+        file=sys.stderr,
+    )
 
 
 def read_scenario(path: Path) -> Scenario:

@@ -6,9 +6,11 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from threading import Event
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.experimental.events_executor import EventsExecutor
 from std_msgs.msg import String
 
 from khr_analysis.referee import DRAW
@@ -25,6 +27,7 @@ from khr_view.live_page import LivePage
 from khr_view.model.attempts import HEADS, heading
 from khr_view.model.restart import EndAction, RestartTimer
 from khr_view.model.status import side_by_side
+from khr_view.node_specs import PAGE
 from khr_view.nodes.run_client import RunClient
 from khr_view.nodes.seen_robot import SeenRobot
 from khr_view.page.display import Note
@@ -249,3 +252,17 @@ class PageNode(KhrNode):
             pushed.push(force)
         elif pushed.scene.pushable and pushed.scene.snapshot is not None:
             self._display.show_push(pushed.scene.snapshot, np.array(force), number=number)
+
+
+def observe(page: LivePage, stop: Event) -> None:
+    """Show the present run until ``stop`` is set; ROS is up meanwhile."""
+    executor = EventsExecutor()
+    node = PageNode(PAGE, page)
+    executor.add_node(node)
+    try:
+        while not stop.is_set():
+            executor.spin_once(0.05)
+        node.close()
+    finally:
+        executor.shutdown()
+        node.destroy_node()

@@ -9,12 +9,11 @@ import numpy as np
 from viser.transforms import SO3
 
 from khr_common.interfaces import BODY, JOINTS, TORSO
-from khr_common.maths.rotation import pitched, rotated
+from khr_common.maths.rotation import rotated
 from khr_description.robot import Robot
 from khr_view.model.shapes import Shape, shapes
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.marks import Marks
-from khr_view.page.pose import wxyz
 
 DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
 OPACITY = 0.35  # of a transparent link
@@ -62,18 +61,20 @@ class RobotView:
     def show(self, scene: Snapshot) -> None:
         """Move all links to their places in a scene."""
         self._base.position = scene.base[:3]
-        self._base.wxyz = wxyz(scene.base[3:])
+        x, y, z, w = scene.base[3:]
+        self._base.wxyz = w, x, y, z
         for index, name in enumerate(JOINTS):
             angle = scene.joints[index]
             if not self._last or angle != self._last[index]:
                 frame, axis = self._joints[name]
-                frame.wxyz = wxyz(rotated(angle * axis))
+                x, y, z, w = rotated(angle * axis)
+                frame.wxyz = w, x, y, z
         self._last = scene.joints
         self.marks.show(scene)
 
     def tilt(self, angle: float) -> None:
         """Rotate the robot about the axis of the slope, rad, to show it on another slope."""
-        self._frame.wxyz = wxyz(pitched(angle))
+        self._frame.wxyz = SO3.from_y_radians(angle).wxyz
 
     def see_through(self, through: bool) -> None:
         """Draw the links transparent or solid."""

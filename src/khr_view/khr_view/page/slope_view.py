@@ -6,10 +6,9 @@ from math import floor
 from typing import Any
 
 import numpy as np
+from viser.transforms import SO3
 
-from khr_common.maths.rotation import pitched
 from khr_view.model.snapshot import Snapshot
-from khr_view.page.pose import wxyz
 
 STRIPE = 0.1  # m between the lines of the slope
 SIZE = (2.4, 1.0)  # m
@@ -41,7 +40,7 @@ class SlopeView:
         """Turn and move the slope."""
         if scene.inclination != self._inclination:
             self._inclination = scene.inclination
-            self._frame.wxyz = wxyz(pitched(scene.inclination))
+            self._frame.wxyz = SO3.from_y_radians(scene.inclination).wxyz
         along = float(np.hypot(scene.way[0], scene.way[2])) * (1.0 if scene.way[0] > 0 else -1.0)
         stripe = floor(along / (5 * STRIPE) + 0.5)
         if stripe != self._stripe:

@@ -3,24 +3,24 @@
 import pytest
 
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario import installed_engine
-from khr_bringup.scenario.scenario import Scenario
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario, with_installed_engine
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 
 
 def test_without_pybullet_mujoco_is_the_engine(monkeypatch, capsys):
-    monkeypatch.setattr(installed_engine, '_installed', lambda _: False)
-    chosen = installed_engine.with_installed_engine(Scenario('plain', {}))
+    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
+    chosen = with_installed_engine(Scenario('plain', {}))
     assert chosen.table(RunParameters).engine == 'mujoco'
     assert '"make bullet" compiles PyBullet' in capsys.readouterr().err
 
 
 def test_a_stated_engine_stays(monkeypatch):
-    monkeypatch.setattr(installed_engine, '_installed', lambda _: False)
+    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
     stated = Scenario('stated', {'simulator': {'engine': 'bullet'}})
-    assert installed_engine.with_installed_engine(stated) is stated
+    assert with_installed_engine(stated) is stated
 
 
 @pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
