@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +10,9 @@ from rich.console import Console
 from rich.progress import Progress
 
 from khr_bringup.changes import Change
-from khr_bringup.code_version import (
-    differences,
-    library_versions,
-    version_in,
-    version_of,
-    versions_of_run,
-)
+from khr_bringup.code_version import differences, library_versions, version_of, versions_of_run
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
-from khr_bringup.recorded.bags import Messages, existing_bag
+from khr_bringup.recorded.bags import existing_bag
 from khr_bringup.recorded.comparison import (
     SideBySide,
     compared_topics,
@@ -29,7 +22,6 @@ from khr_bringup.recorded.comparison import (
 from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import Result
-from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD, full_name
@@ -38,21 +30,6 @@ from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 
 OF_PUSHES = tuple((SIMULATOR, name) for name in ('push_link', 'push_point', 'push_duration'))
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """A recorded run: how to repeat it, and the results to compare."""
-
-    scenario: Scenario  # as it ran, every parameter stated
-    text: str  # of the scenario, as in the bag
-    trajectory_hash: str  # SHA-256 in hex
-    time_ns: int  # simulated time at the end
-    end: str  # why it ended: duration, tilted, stopped
-    changes: tuple[Change, ...]  # of parameters while it ran
-    pushes: tuple[str, ...]  # that came over their topic, as a scenario has them
-    signals: Messages  # periodic topics
-    elsewhere: str  # versions that differ from those here, though they should not matter
 
 
 def verify(bag: Path, namespace: str = '') -> int:
@@ -72,32 +49,33 @@ def verify(bag: Path, namespace: str = '') -> int:
     """
     place = existing_bag(bag)
     unchecked = check_bag(place)
-    recorded = read_recorded(bag, namespace)
+    run = read_recorded(bag, namespace)
+    scenario, state = run.scenario, run.final_state
+    recorded, end, time_ns = state['trajectory_hash'], state.get('end', ''), int(state['time_ns'])
+    pushes = tuple(pushes_in(bag, run.messages[PUSHED], scenario, run.changes))
     if unchecked:
         print(unchecked)
-    print(
-        f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
-        f'ended by {recorded.end}'
-    )
-    print_influences(recorded.changes, recorded.pushes)
-    print(f'recorded {recorded.trajectory_hash}')
-    repeated, comparison = _repeat(recorded)
+    print(f'scenario {scenario.title}, {time_ns / 1e9:.3f} s, ended by {end}')
+    print_influences(run.changes, pushes)
+    print(f'recorded {recorded}')
+    repeated, comparison = _repeat(run, time_ns / 1e9, pushes)
     print(f'repeated {repeated.trajectory_hash}')
     print(f'compared {comparison.instants} samples of {comparison.topics} topics')
-    found = comparison.differences(recorded.time_ns, recorded.end == 'stopped')
+    found = comparison.differences(time_ns, end == 'stopped')
     if bag != place:
-        found += differences_beside(bag, recorded.text, recorded.trajectory_hash, repeated)
+        found += differences_beside(bag, run.text, recorded, repeated)
     for line in found:
         print(line)
-    same = repeated.trajectory_hash == recorded.trajectory_hash and not found
+    same = repeated.trajectory_hash == recorded and not found
     print('same' if same else 'different')
-    if recorded.elsewhere and not same:
-        print(f'made with {recorded.elsewhere}')
+    # versions that should not matter
+    if not same and (elsewhere := differences(run.text, versions_of_run(scenario))):
+        print(f'made with {elsewhere}')
     return 0 if same else 1
 
 
-def read_recorded(bag: Path, namespace: str = '') -> Recorded:
-    """Read the run of a bag.
+def read_recorded(bag: Path, namespace: str = '') -> RecordedRun:
+    """Read the run of a bag, and check that it can be repeated.
 
     Raises:
         KhrError: if it is no bag, is damaged, has no scenario or end of a run, was made by
@@ -121,8 +99,8 @@ def read_recorded(bag: Path, namespace: str = '') -> Recorded:
             f'{bag}: its run has no end, or ended before it began; accepted: the '
             'bag of a run that ended or was interrupted'
         )
-    scenario = _scenario(bag, run.text)
-    if scenario.table(RunParameters).sync != 'lockstep':
+    _check_scenario(run)
+    if run.scenario.table(RunParameters).sync != 'lockstep':
         raise KhrError(
             f'{bag}: the run followed the wall clock, so it cannot be repeated; '
             'accepted: a run in lockstep'
@@ -132,19 +110,7 @@ def read_recorded(bag: Path, namespace: str = '') -> Recorded:
             f'{bag}: neither poses nor joints to compare in it; accepted: a bag with '
             f'{TRUE_POSE.name} and {JOINT_STATES.name}'
         )
-    made = run.changes
-    pushes = tuple(pushes_in(bag, messages[PUSHED], scenario, made))
-    return Recorded(
-        scenario,
-        run.text,
-        state['trajectory_hash'],
-        time_ns,
-        state.get('end', ''),
-        made,
-        pushes,
-        {topic: messages[topic] for topic in compared_topics()},
-        differences(run.text, versions_of_run(scenario)),
-    )
+    return run
 
 
 def print_influences(changes: Iterable[Change], pushes: Iterable[str], robot: str = '') -> None:
@@ -178,41 +144,35 @@ def pushes_in(
         )
 
 
-def _scenario(bag: Path, text: str) -> Scenario:
-    """Read the stored scenario; it states every parameter of the version that wrote it."""
-    title = f'{bag}: made by another version of the project'
-    recorded = version_in(text)
+def _check_scenario(run: RecordedRun) -> None:
+    """Check the stored scenario: it states every parameter and all versions that made it."""
+    title = f'{run.path}: made by another version of the project'
     try:
-        scenario = scenarios.parse(text, 'its scenario', bag.name)
+        scenario = run.scenario
     except KhrError as error:
         raise KhrError(f'{title}: {error}') from error
     for node in scenario.nodes:
         missing = set(scenario.whole(node)) - set(scenario.values.get(node, {}))
         if missing:
             raise KhrError(f'{title}: its scenario does not know {node}.{min(missing)}')
-    if other := differences(text, library_versions(scenario.table(RunParameters).engine)):
+    if other := differences(run.text, library_versions(scenario.table(RunParameters).engine)):
         raise KhrError(
-            f'{bag}: made with {other}; accepted: a recording made with these versions; '
+            f'{run.path}: made with {other}; accepted: a recording made with these versions; '
             'others do not repeat bit for bit'
         )
-    if recorded and recorded != version_of(scenario):
+    if run.version and run.version != version_of(scenario):
         raise KhrError(
-            f'{title}: its code version is {recorded}, this one is {version_of(scenario)}'
+            f'{title}: its code version is {run.version}, this one is {version_of(scenario)}'
         )
-    return scenario
 
 
-def _repeat(recorded: Recorded) -> tuple[Result, SideBySide]:
+def _repeat(run: RecordedRun, seconds: float, pushes: Iterable[str]) -> tuple[Result, SideBySide]:
     """Run the scenario for its time, with its changes and pushes; compare it with the bag."""
-    seconds = recorded.time_ns / 1e9
-    timed = [text for text in recorded.scenario.table(RunParameters).pushes if text]
-    scenario = recorded.scenario.changed(
-        {
-            (SIMULATOR, 'duration'): seconds,
-            (SIMULATOR, 'pushes'): [*timed, *recorded.pushes] or [''],
-        }
+    timed = [text for text in run.scenario.table(RunParameters).pushes if text]
+    scenario = run.scenario.changed(
+        {(SIMULATOR, 'duration'): seconds, (SIMULATOR, 'pushes'): [*timed, *pushes] or ['']}
     )
-    comparison = SideBySide(recorded.signals)
+    comparison = SideBySide({topic: run.messages[topic] for topic in compared_topics()})
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task('repeating', total=seconds)
@@ -221,4 +181,4 @@ def _repeat(recorded: Recorded) -> tuple[Result, SideBySide]:
             comparison.take(truth, loop)
             progress.update(task, completed=truth.stamp_ns / 1e9)
 
-        return run_offline(scenario, watch, recorded.changes), comparison
+        return run_offline(scenario, watch, run.changes), comparison
