@@ -53,6 +53,7 @@ class ProgressBar:
             TimeRemainingColumn(),
             console=console,
             transient=True,
+            redirect_stdout=sys.stdout.isatty(),  # else rich would print it on stderr
         )
         self._task = self._bar.add_task(title, total=total or None, text='')
         self._title, self._total, self._done, self._before = title, total, done, done

@@ -33,6 +33,14 @@ def test_each_part_of_a_command_has_its_own_total(console):
     assert '2.00 of 3.00 s' in console.file.getvalue()
 
 
+def test_results_printed_beside_a_bar_go_to_stdout(console, capsys):
+    with ProgressBar(total=5.0, console=console) as bar:
+        bar.advance()
+        print('the result')
+    assert capsys.readouterr().out == 'the result\n'
+    assert 'the result' not in console.file.getvalue()
+
+
 def test_a_bar_that_is_quiet_or_never_used_shows_nothing(console):
     with ProgressBar(total=5.0, console=console):
         pass
