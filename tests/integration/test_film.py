@@ -60,7 +60,7 @@ def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
     scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
     for frame in kept[::25]:
         camera = look.camera(frame.truth)
-        picture = np.asarray(scene.picture(frame.truth, camera))
+        picture = np.asarray(scene.picture([frame.truth], camera)[0])
         left, right = camera.pixels(frame.truth.sole_position)
         blue, orange = np.divide((LEFT, RIGHT), 255.0)
         behind, before = ((left, blue), (right, orange))[:: 1 if yaw > 0.0 else -1]
@@ -99,9 +99,9 @@ def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles(degrees):
         assert np.linalg.norm(thrown - sole, axis=1).min() < 0.075, 'half the diagonal of a sole'
     camera = Look(480, 360, pitch=-0.5).camera(frame.truth)
     scene = PosedScene(short())
-    lit = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    lit = np.asarray(scene.picture([frame.truth], camera)[0]).astype(int)
     scene._shadow.darken = lambda *_: None
-    bare = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    bare = np.asarray(scene.picture([frame.truth], camera)[0]).astype(int)
     scene.close()
     assert 0.003 < (lit != bare).any(axis=-1).mean() < 0.2 and (lit <= bare).all()
 

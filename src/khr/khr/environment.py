@@ -208,7 +208,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         if self._scene is None:
             self._scene = PosedScene(self._base)
         camera = Look(width=640, height=480).camera(self._truth)
-        return np.asarray(self._scene.picture(self._truth, camera))
+        return np.asarray(self._scene.picture([self._truth], camera)[0])
 
     def close(self) -> None:
         """Release physics and pictures."""

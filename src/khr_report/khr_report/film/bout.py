@@ -21,16 +21,11 @@ from khr_bringup.bout.result import BoutResult
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.control_text import control_of
 from khr_common import RunError
-from khr_common.maths.rotation import matrix
-from khr_description.robot import Robot
 from khr_report.film.film import SMOOTH, Show, base_of, look_of, part_of, render, within
 from khr_report.film.panels import FAINT, INK, PAPER, SMALL
-from khr_report.film.scene import Look
-from khr_report.film.shadow import Shadow
-from khr_sim.physics import engines
+from khr_report.film.scene import Look, PosedScene
 from khr_sim.physics.camera import Camera
 from khr_sim.physics.truth import GroundTruth
-from khr_sim.run_parameters import RunParameters
 
 COLORS = {'red': (190, 40, 40), 'blue': (31, 64, 158), DRAW: (110, 110, 110)}
 HEIGHT, MARGIN, LARGE = 720, 18, 30  # px, of a picture in which sizes below hold
@@ -106,11 +101,7 @@ def _pictures(
 ) -> Iterator[Image.Image]:
     """Draw the bout at each time."""
     width, height = round(look.width * SMOOTH), round(look.height * SMOOTH)
-    scenario = result.bout.robots[RED]
-    robot = Robot.load()
-    scene = engines.painter(scenario.table(RunParameters), robot, len(ROBOTS))
-    scene.reset(0.0)
-    shadow = Shadow(robot)
+    scene = PosedScene(result.bout.robots[RED], len(ROBOTS))
     try:
         for time in times:
             index = bisect_left(kept, time - 1e-9, key=lambda frame: frame.time)
@@ -118,16 +109,7 @@ def _pictures(
             new_round = 0 < index < len(kept) and kept[index].number != kept[index - 1].number
             frame = kept[min(index - new_round, len(kept) - 1)]
             camera = _camera(replace(look, width=width, height=height), frame)
-            truths = list(frame.truths.values())
-            for body, truth in zip(scene.bodies, truths, strict=True):
-                body.place(
-                    truth.position, matrix(truth.orientation), truth.joint_position.tolist()
-                )
-            scene.tilt_ground(truths[0].inclination)
-            colors, ground = scene.picture(camera)
-            image, mask = Image.fromarray(colors), Image.fromarray(ground)
-            for truth in truths:
-                shadow.darken(image, mask, truth, camera)
+            image, mask = scene.picture(list(frame.truths.values()), camera)
             _draw_ring(image, mask, result.bout, camera)
             _write_state(image, result, frame)
             yield image.resize((look.width, look.height), Image.Resampling.LANCZOS)

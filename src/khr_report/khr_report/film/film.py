@@ -152,7 +152,7 @@ def pictures(
             for number, (track, overlay) in enumerate(zip(tracks, overlays, strict=True)):
                 frame = track.at(time)
                 camera = large.camera(frame.truth)
-                drawn = scene.picture(frame.truth, camera)
+                drawn, _ = scene.picture([frame.truth], camera)
                 overlay.draw(drawn, frame, camera)
                 small = drawn.resize((look.width, look.height), Image.Resampling.LANCZOS)
                 whole.paste(small, (number * look.width, 0))

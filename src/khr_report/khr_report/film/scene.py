@@ -173,23 +173,25 @@ def recorded_frames(run: RecordedRun) -> list[Frame]:
 
 
 class PosedScene:
-    """A scene in which the robot takes the poses of a run."""
+    """A scene in which one robot or several take the poses of a run."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, robots: int = 1) -> None:
         robot = Robot.load()
-        self._scene = engines.painter(scenario.table(RunParameters), robot)
+        self._scene = engines.painter(scenario.table(RunParameters), robot, robots)
         self._scene.reset(0.0)
         self._shadow = Shadow(robot)
 
-    def picture(self, truth: GroundTruth, camera: Camera) -> Image.Image:
-        """Return a picture of the robot with its shadow."""
-        (body,) = self._scene.bodies
-        body.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
-        self._scene.tilt_ground(truth.inclination)
-        colors, slope = self._scene.picture(camera)
-        image = Image.fromarray(colors)
-        self._shadow.darken(image, Image.fromarray(slope), truth, camera)
-        return image
+    def picture(
+        self, truths: Sequence[GroundTruth], camera: Camera
+    ) -> tuple[Image.Image, Image.Image]:
+        """Return a picture of the robots with their shadows, and one that is white on the slope."""
+        for body, truth in zip(self._scene.bodies, truths, strict=True):
+            body.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
+        self._scene.tilt_ground(truths[0].inclination)
+        image, slope = map(Image.fromarray, self._scene.picture(camera))
+        for truth in truths:
+            self._shadow.darken(image, slope, truth, camera)
+        return image, slope
 
     def close(self) -> None:
         """Release the engine."""
