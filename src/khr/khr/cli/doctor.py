@@ -10,8 +10,9 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -45,23 +46,21 @@ input()
 def examine(console: Console) -> int:
     """Print one line per check; return 0 if all are good, 1 otherwise."""
     good = True
-    checks = (
-        python,
-        arithmetic,
-        *map(_version, packages()),
-        *map(_extension, extensions()),
-        middleware,
-        register_is_private,
-        discovery,
-        closed,
-    )
-    for check in (*checks, children_end, disk, runs):
-        fine, text, advice = check()
+    for fine, text, advice in _findings():
         good &= fine
         mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
         said = escape(text if fine else f'{text} -> {advice}')
         console.print(f'{mark} {said}', highlight=False, soft_wrap=True)
     return 0 if good else 1
+
+
+def _findings() -> Iterator[Finding]:
+    yield python()
+    yield arithmetic()
+    yield from map(_version, packages())
+    yield from map(_extension, extensions())
+    for check in (middleware, register_is_private, discovery, closed, children_end, disk, runs):
+        yield check()
 
 
 def python() -> Finding:
@@ -96,14 +95,11 @@ def packages() -> list[str]:
     return sorted(found.values(), key=lambda each: (not each.startswith('khr'), each.lower()))
 
 
-def _version(package: str) -> Callable[[], Finding]:
-    def check() -> Finding:
-        try:
-            return True, f'{package} {importlib.metadata.version(package)}', ''
-        except importlib.metadata.PackageNotFoundError:
-            return False, f'{package} is missing', 'run make install'
-
-    return check
+def _version(package: str) -> Finding:
+    try:
+        return True, f'{package} {importlib.metadata.version(package)}', ''
+    except importlib.metadata.PackageNotFoundError:
+        return False, f'{package} is missing', 'run make install'
 
 
 def extensions() -> list[importlib.metadata.EntryPoint]:
@@ -116,19 +112,15 @@ def extensions() -> list[importlib.metadata.EntryPoint]:
     ]
 
 
-def _extension(entry: importlib.metadata.EntryPoint) -> Callable[[], Finding]:
+def _extension(entry: importlib.metadata.EntryPoint) -> Finding:
     name = entry.dist.name if entry.dist else entry.module
     text = f'extension {name}: node {entry.name}'
-
-    def check() -> Finding:
-        try:
-            entry.load()
-        except Exception as error:  # whatever a foreign package raises while it is imported
-            said = ' '.join(str(error).split())
-            return False, f'{text}: {type(error).__name__}: {said}', f'pip uninstall {name}'
-        return True, text, ''
-
-    return check
+    try:
+        entry.load()
+    except Exception as error:  # whatever a foreign package raises while it is imported
+        said = ' '.join(str(error).split())
+        return False, f'{text}: {type(error).__name__}: {said}', f'pip uninstall {name}'
+    return True, text, ''
 
 
 def middleware() -> Finding:
@@ -171,23 +163,22 @@ def closed() -> Finding:
     )
 
 
+@cache
 def _discover() -> tuple[float, list[str]]:
     """Return the discovery time of two nodes in a domain of their own, s, and their sockets."""
-    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+    with ExitStack() as held:
+        folder = held.enter_context(TemporaryDirectory())
+        entry = held.enter_context(registered('doctor', Path(folder)))
         os.environ.update(entry.environment())
-        return _discovered()
+        import rclpy
+        from std_msgs.msg import String
 
+        from khr_common.nodes.node import DATA
 
-def _discovered() -> tuple[float, list[str]]:
-    import rclpy
-    from std_msgs.msg import String
-
-    from khr_common.nodes.node import DATA
-
-    contexts = [rclpy.Context(), rclpy.Context()]
-    for context in contexts:
-        rclpy.init(args=WITHOUT_LOG, context=context)
-    try:
+        contexts = [rclpy.Context(), rclpy.Context()]
+        for context in contexts:
+            rclpy.init(args=WITHOUT_LOG, context=context)
+            held.callback(rclpy.try_shutdown, context=context)
         nodes = [
             rclpy.create_node(f'doctor_{i}', context=context) for i, context in enumerate(contexts)
         ]
@@ -197,9 +188,6 @@ def _discovered() -> tuple[float, list[str]]:
         while publisher.get_subscription_count() == 0 and time.monotonic() - start < 10.0:
             time.sleep(0.005)
         return time.monotonic() - start, open_sockets()
-    finally:
-        for context in contexts:
-            rclpy.try_shutdown(context=context)
 
 
 def open_sockets() -> list[str]:

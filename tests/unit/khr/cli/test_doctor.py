@@ -55,6 +55,6 @@ def test_a_package_with_nodes_of_its_own_is_listed_and_a_broken_one_named(
     vars(entry)['dist'] = type('Distribution', (), {'name': 'lean_controller'})()
     monkeypatch.setattr(importlib.metadata, 'entry_points', lambda group: [entry])
     (found,) = doctor.extensions()
-    good, text, advice = doctor._extension(found)()
+    good, text, advice = doctor._extension(found)
     assert good is fine and 'extension lean_controller: node lean' in text
     assert advice == ('' if fine else 'pip uninstall lean_controller')
