@@ -16,7 +16,7 @@ CYCLES = 2
 def test_both_robots_turn_on_the_spot(engine, surface):
     poses = {'red': [], 'blue': []}
 
-    def watch(_, truths, __):
+    def watch(_, __, truths, ___):
         for robot, truth in truths.items():
             x, y, z, w = truth.orientation
             heading = degrees(atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))

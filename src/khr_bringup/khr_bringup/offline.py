@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import groupby
@@ -29,6 +29,8 @@ from khr_sim.run_parameters import GAIT, RunParameters
 SIMULATOR, MONITOR = 'simulator', 'monitor'
 BEFORE = -1  # stamp before the first sample, ns
 Watch = Callable[[GroundTruth, 'ControlLoop', Outcome], object]  # called at each sample of a run
+Truths = Mapping[str, GroundTruth]  # by the name of the robot
+Loops = Mapping[str, 'ControlLoop']
 
 
 def duration(scenario: Scenario) -> float:
@@ -182,47 +184,73 @@ def run_offline(
     plant = Plant([parameters])
     try:
         loop = ControlLoop(scenario)
-        with _imports_set_aside():
-            return _run(scenario, plant, loop, watch, changes, began)
+
+        def take(truths: Truths) -> str:
+            if watch is not None and loop.outcome is not None:
+                watch(truths[''], loop, loop.outcome)
+            return ''
+
+        wall_time = run_plant(plant, {'': loop}, [LiveParameters(scenario, loop, changes)], take)
+        assert loop.outcome is not None
+        return Result(
+            scenario=scenario,
+            judged=loop.outcome,
+            trajectory_hash=plant.trajectory_hash,
+            end=plant.end,
+            time=plant.truths[0].stamp_ns / 1e9,
+            startup=time.monotonic() - began - wall_time,
+            wall_time=wall_time,
+        )
     finally:
         plant.close()
 
 
-def _run(
-    scenario: Scenario,
-    plant: Plant,
-    loop: ControlLoop,
-    watch: Watch | None,
-    changes: Sequence[Change],
-    began: float,
-) -> Result:
-    live = LiveParameters(scenario, loop, changes)
+def run_plant(
+    plant: Plant, loops: Loops, live: Sequence[LiveParameters], take: Callable[[Truths], str]
+) -> float:
+    """Run a plant under the control loops of its robots to its end; return the wall time, s.
+
+    Args:
+        plant: not started.
+        loops: of the robots; the name is empty of one robot alone.
+        live: the parameters of each robot.
+        take: called with the state of each robot at each sample, once the loops have answered;
+            returns the reason to end the run, empty if it goes on.
+
+    Raises:
+        RunError: if a robot's code fails; the text names the robot.
+    """
 
     def change(instant_ns: int) -> None:
-        if live.act(instant_ns):
-            table = live.scenario.table(RunParameters)
-            plant.configure([replace(table, duration=plant.parameters[0].duration)])
+        if any([each.act(instant_ns) for each in live]):
+            tables = [each.scenario.table(RunParameters) for each in live]
+            length = plant.parameters[0].duration
+            plant.configure([replace(table, duration=length) for table in tables])
 
-    change(BEFORE)
-    started = time.monotonic()
-    (truth,) = plant.start([loop.reference(0.0)])
-    while True:
-        plant.answer([loop.answer(truth)])
-        assert loop.outcome is not None
-        if watch is not None:
-            watch(truth, loop, loop.outcome)
-        if plant.end:
-            return Result(
-                scenario=scenario,
-                judged=loop.outcome,
-                trajectory_hash=plant.trajectory_hash,
-                end=plant.end,
-                time=truth.stamp_ns / 1e9,
-                startup=started - began,
-                wall_time=time.monotonic() - started,
-            )
-        change(truth.stamp_ns)
-        (truth,) = plant.advance()
+    with _imports_set_aside():
+        change(BEFORE)
+        started = time.monotonic()
+        states = plant.start([loop.reference(0.0) for loop in loops.values()])
+        while True:
+            truths = dict(zip(loops, states, strict=True))
+            targets = [_answer(name, loop, truths[name]) for name, loop in loops.items()]
+            plant.answer(targets, take(truths))
+            if plant.end:
+                return time.monotonic() - started
+            change(states[0].stamp_ns)
+            states = plant.advance()
+
+
+def _answer(robot: str, loop: ControlLoop, truth: GroundTruth) -> list[float]:
+    """Return the answer of a robot's loop; an error of a robot with a name begins with it."""
+    try:
+        return loop.answer(truth)
+    except KhrError as error:
+        if not robot:
+            raise
+        # a RunError begins with the node
+        separator = '/' if isinstance(error, RunError) else ': '
+        raise RunError(f'{robot}{separator}{error}') from error
 
 
 @contextmanager

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
 from khr_analysis.outcome import Outcome
-from khr_analysis.referee import Referee
+from khr_analysis.referee import Decision, Referee
 from khr_bringup.bout.bout import Bout
 from khr_bringup.bout.result import BoutResult, Round, fight
 from khr_bringup.changes import Change
-from khr_bringup.offline import BEFORE, SIMULATOR, ControlLoop, LiveParameters
+from khr_bringup.offline import SIMULATOR, ControlLoop, LiveParameters, Loops, Truths, run_plant
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.errors import KhrError, RunError
-from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import REFEREE, RunParameters
 
-# Called at each sample of a round, from 0, with state and control loop of each robot.
-Watch = Callable[[int, Mapping[str, GroundTruth], Mapping[str, ControlLoop]], object]
+# Called at each sample of a round, from 0, with the simulated time of the rounds before it, s.
+Watch = Callable[[int, float, Truths, Loops], object]
 
 
 class Influences(NamedTuple):
@@ -32,7 +30,7 @@ class Influences(NamedTuple):
 
 def run_bout(
     bout: Bout,
-    watch: Watch | None = None,
+    watch: Watch = lambda *_: None,
     influences: Mapping[tuple[int, str], Influences] = MappingProxyType({}),
     ended: Callable[[int, Round], object] = lambda *_: None,
 ) -> BoutResult:
@@ -48,9 +46,9 @@ def run_bout(
         RunError: if a robot's code fails; the text names the robot.
     """
 
-    def run_round(number: int) -> Round:
+    def run_round(number: int, before: float) -> Round:
         own = {robot: influences.get((number, robot), Influences()) for robot in bout.robots}
-        result = _run_round(bout, number, watch, own)
+        result = _run_round(bout, number, partial(watch, number, before), own)
         ended(number, result)
         return result
 
@@ -58,13 +56,16 @@ def run_bout(
 
 
 def _run_round(
-    bout: Bout, number: int, watch: Watch | None, influences: Mapping[str, Influences]
+    bout: Bout,
+    number: int,
+    watch: Callable[[Truths, Loops], object],
+    influences: Mapping[str, Influences],
 ) -> Round:
     robots = {
         name: _pushed(scenario, influences[name].pushes)
         for name, scenario in bout.in_round(number).items()
     }
-    referee, decision = Referee(bout.rules), None
+    referee, decided = Referee(bout.rules), list[Decision]()
     plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
     try:
         loops = {name: ControlLoop(each) for name, each in robots.items()}
@@ -72,41 +73,23 @@ def _run_round(
             LiveParameters(robots[name], loop, influences[name].changes)
             for name, loop in loops.items()
         ]
-        _change(BEFORE, live, plant)
-        began = time.monotonic()
-        states = plant.start([loop.reference(0.0) for loop in loops.values()])
-        while True:
-            truths = dict(zip(robots, states, strict=True))
-            targets, outcomes = list[list[float]](), dict[str, Outcome]()
-            for name, loop in loops.items():
-                try:
-                    targets.append(loop.answer(truths[name]))
-                except RunError as error:  # it begins with the node
-                    raise RunError(f'{name}/{error}') from error
-                except KhrError as error:
-                    raise RunError(f'{name}: {error}') from error
-                assert loop.outcome is not None
-                outcomes[name] = loop.outcome
-            if watch is not None:
-                watch(number, truths, loops)
-            now = states[0].stamp_ns / 1e9
+
+        def outcomes() -> dict[str, Outcome]:
+            return {name: loop.outcome for name, loop in loops.items() if loop.outcome}
+
+        def take(truths: Truths) -> str:
+            watch(truths, loops)
+            now = plant.truths[0].stamp_ns / 1e9
             places = {name: truth.position.tolist() for name, truth in truths.items()}
-            decision = decision or referee.judge(now, outcomes, places)
-            plant.answer(targets, REFEREE if decision else '')
-            if plant.end:
-                assert decision is not None
-                wall_time = time.monotonic() - began
-                return Round(decision, outcomes, plant.trajectory_hash, wall_time)
-            _change(states[0].stamp_ns, live, plant)
-            states = plant.advance()
+            if not decided and (decision := referee.judge(now, outcomes(), places)):
+                decided.append(decision)
+            return REFEREE if decided else ''
+
+        wall_time = run_plant(plant, loops, live, take)
+        length = plant.truths[0].stamp_ns / 1e9
+        return Round(decided[0], outcomes(), plant.trajectory_hash, length, wall_time)
     finally:
         plant.close()
-
-
-def _change(instant_ns: int, live: Sequence[LiveParameters], plant: Plant) -> None:
-    """Make the changes of all robots after a sample."""
-    if any([each.act(instant_ns) for each in live]):
-        plant.configure([each.scenario.table(RunParameters) for each in live])
 
 
 def _pushed(scenario: Scenario, pushes: Sequence[str]) -> Scenario:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from khr_analysis.referee import ROBOTS
+from khr_analysis.referee import RED, ROBOTS
 from khr_bringup.bout.bag import RoundBag
 from khr_bringup.bout.bout import Bout, is_bout, parse_bout
 from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.result import FILE, BoutResult, Round, write_bout
 from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
-from khr_bringup.offline import ControlLoop
+from khr_bringup.offline import Loops, Truths
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.recorded.comparison import SideBySide, compared_topics, numbers_of
 from khr_bringup.recorded.integrity import check_bag
@@ -26,7 +26,6 @@ from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.interfaces import DIAGNOSTICS, PUSHED
 from khr_common.text.strict_yaml import read_file
-from khr_sim.physics.truth import GroundTruth
 
 OF_SIMULATOR = replace(DIAGNOSTICS, name=f'/{DIAGNOSTICS.name}')
 Show = Callable[[float], object]  # takes the simulated time of the bout so far, s
@@ -43,16 +42,13 @@ def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: N
     """
     text = write_scenario(bout, folder)
     bags: list[RoundBag] = []  # that of the present round
-    before = _Clock(show)
 
-    def watch(
-        number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
-    ) -> None:
+    def watch(number: int, before: float, truths: Truths, loops: Loops) -> None:
         if record and not bags:
             bags.append(RoundBag(bag_of_round(folder, number), bout, text))
         for bag in bags:
             bag.take(truths, loops)
-        before(number, truths, loops)
+        show(before + truths[RED].stamp_ns / 1e9)
 
     def ended(_: int, result: Round) -> None:
         if bags:
@@ -138,12 +134,9 @@ def verify_bout(folder: Path, show: Show = lambda _: None) -> int:
     bout, ended = recorded_bout(folder)
     print(f'bout {bout.title or bout.name}')
     sides = _recorded_sides(folder, len(ended['rounds']))
-    clock = _Clock(show)
 
-    def watch(
-        number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
-    ) -> None:
-        clock(number, truths, loops)
+    def watch(number: int, before: float, truths: Truths, loops: Loops) -> None:
+        show(before + truths[RED].stamp_ns / 1e9)
         for robot, loop in loops.items():
             if (number, robot) in sides:
                 sides[number, robot].take(truths[robot], loop)
@@ -202,16 +195,3 @@ def influences_on(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str]
             pushes = tuple(pushes_in(bag, messages[PUSHED], scenario, made))
             found[number, robot] = Influences(made, pushes)
     return found
-
-
-class _Clock:
-    """Add up the times of the rounds for a callback."""
-
-    def __init__(self, show: Show) -> None:
-        self._show, self._round, self._before, self._now = show, 0, 0.0, 0.0
-
-    def __call__(self, number: int, truths: Mapping[str, GroundTruth], _: Any) -> None:
-        if number != self._round:
-            self._round, self._before = number, self._before + self._now
-        self._now = next(iter(truths.values())).stamp_ns / 1e9
-        self._show(self._before + self._now)

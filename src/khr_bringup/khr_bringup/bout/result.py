@@ -27,6 +27,7 @@ class Round:
     outcomes: Mapping[str, Outcome]  # of each robot
     # SHA-256 in hex over the states of both robots at every control period, red's ahead of blue's
     trajectory_hash: str
+    length: float  # simulated time of its last sample, s
     wall_time: float  # s, from the first sample on
     warnings: tuple[str, ...] = ()  # errors that nodes reported
 
@@ -89,16 +90,17 @@ class BoutResult:
         }
 
 
-def fight(bout: Bout, run_round: Callable[[int], Round]) -> BoutResult:
+def fight(bout: Bout, run_round: Callable[[int, float], Round]) -> BoutResult:
     """Run the rounds of a bout until one robot has won more than half of them.
 
     Args:
         bout: to run.
-        run_round: runs a round, from 0.
+        run_round: runs a round, from 0, after so many simulated seconds of the rounds before.
     """
     result = BoutResult(bout, [])
     for number in range(bout.rules.rounds):
-        result.rounds.append(run_round(number))
+        before = sum(each.length for each in result.rounds)
+        result.rounds.append(run_round(number, before))
         if max(result.won.values(), default=0) > bout.rules.rounds / 2:
             break
     return result

@@ -14,7 +14,7 @@ from khr_bringup.bout.result import BoutResult, Round, fight, write_bout
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.run_registry import RunEntry, registered
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
 from khr_common import RunError
@@ -46,39 +46,26 @@ def run_to_decision(
     write_scenario(bout, folder)
     with registered(bout.name, folder, options.domain, options.network) as entry:
         callbacks.started(entry)
-        rounds = _Rounds(bout, folder, options, callbacks, entry)
-        result = fight(bout, rounds.run)
+
+        def run_round(number: int, before: float) -> Round:
+            def show(progress: Progress) -> None:
+                callbacks.progress(replace(progress, time=before + progress.time))
+
+            robots, own = robots_of(bout, number), folder_of_round(folder, number)
+            own.mkdir(mode=0o700)
+            results = run_graph(
+                robots,
+                own,
+                entry.next_run(bout.name, folder),
+                options,
+                replace(callbacks, progress=show),
+                folder / SCENARIO,
+            )
+            return round_of(dict(zip(robots.scenarios, results, strict=True)), number)
+
+        result = fight(bout, run_round)
     write_bout(folder, result)
     return result
-
-
-class _Rounds:
-    """The rounds of a bout, one after the other in the domain of an entry."""
-
-    def __init__(
-        self, bout: Bout, folder: Path, options: RunOptions, callbacks: Callbacks, entry: RunEntry
-    ) -> None:
-        self._bout, self._folder, self._options = bout, folder, options
-        self._callbacks, self._entry, self._before = callbacks, entry, 0.0
-
-    def run(self, number: int) -> Round:
-        """Run a round, from 0."""
-        robots = robots_of(self._bout, number)
-        folder = folder_of_round(self._folder, number)
-        folder.mkdir(mode=0o700)
-        results = run_graph(
-            robots,
-            folder,
-            self._entry.next_run(self._bout.name, self._folder),
-            self._options,
-            replace(self._callbacks, progress=self._show),
-            self._folder / SCENARIO,
-        )
-        self._before += results[0].time
-        return round_of(dict(zip(robots.scenarios, results, strict=True)), number)
-
-    def _show(self, progress: Progress) -> None:
-        self._callbacks.progress(replace(progress, time=self._before + progress.time))
 
 
 def robots_of(bout: Bout, number: int) -> Robots:
@@ -102,4 +89,11 @@ def round_of(results: Mapping[str, Result], number: int) -> Round:
     if first.decision is None:
         raise RunError(f'round {number + 1}: the referee did not decide it')
     outcomes: dict[str, Outcome] = {robot: each.outcome for robot, each in results.items()}
-    return Round(first.decision, outcomes, first.trajectory_hash, first.wall_time, first.warnings)
+    return Round(
+        first.decision,
+        outcomes,
+        first.trajectory_hash,
+        first.time,
+        first.wall_time,
+        first.warnings,
+    )

@@ -18,7 +18,7 @@ from khr_bringup.bout.bout import Bout, load_bout
 from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.recorded import influences_on, recorded_bout
 from khr_bringup.bout.result import BoutResult
-from khr_bringup.offline import ControlLoop
+from khr_bringup.offline import Loops, Truths
 from khr_bringup.scenario.control_text import control_of
 from khr_common import RunError
 from khr_report.film.film import SMOOTH, Show, base_of, look_of, part_of, render, within
@@ -73,16 +73,10 @@ def render_bout(
     within(bout.rules.rounds * bout.rules.time_limit, still, part)
     kept: list[Frame] = []
     shown = part_of(f'repeating {name}', bout.rules.time_limit * bout.rules.rounds, show)
-    offset = 0.0
 
-    def keep(
-        number: int, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]
-    ) -> None:
-        nonlocal offset
-        if kept and number != kept[-1].number:
-            offset = kept[-1].time + ENDING
+    def keep(number: int, before: float, truths: Truths, loops: Loops) -> None:
         outcomes = {robot: loop.outcome for robot, loop in loops.items() if loop.outcome}
-        time = offset + truths[RED].stamp_ns / 1e9
+        time = before + number * ENDING + truths[RED].stamp_ns / 1e9
         kept.append(Frame(time, number, dict(truths), outcomes))
         shown(time)
 
