@@ -161,7 +161,8 @@ class Robot:
         return np.array(inertias)
 
 
-def _vector(element: ElementTree.Element | None, key: str) -> Array:
+def vector(element: ElementTree.Element | None, key: str) -> Array:
+    """Return the numbers of an attribute of the URDF; zeros (3,) where it is left out."""
     text = '0 0 0' if element is None else element.get(key, '0 0 0')
     return np.array([float(value) for value in text.split()])
 
@@ -177,7 +178,7 @@ def _link(element: ElementTree.Element) -> Link:
     return Link(
         element.attrib['name'],
         float(mass.attrib['value']),
-        _vector(inertial.find('origin'), 'xyz'),
+        vector(inertial.find('origin'), 'xyz'),
         np.array(
             [
                 [i['ixx'], i['ixy'], i['ixz']],
@@ -198,7 +199,7 @@ def _joint(element: ElementTree.Element) -> Joint:
         element.attrib['type'],
         parent.attrib['link'],
         child.attrib['link'],
-        _vector(element.find('origin'), 'xyz'),
-        _vector(element.find('axis'), 'xyz'),
+        vector(element.find('origin'), 'xyz'),
+        vector(element.find('axis'), 'xyz'),
         *(float(bound.get(key, '0')) for key in ('lower', 'upper', 'effort', 'velocity')),
     )

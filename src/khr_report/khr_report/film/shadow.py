@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageChops, ImageDraw
 
 from khr_common.maths.rotation import Array, matrix, pitched
-from khr_description.robot import Robot
+from khr_description.robot import Robot, vector
 from khr_sim.physics.camera import SUN, Camera
 from khr_sim.physics.truth import GroundTruth
 
@@ -27,9 +27,9 @@ class Shadow:
         for link in robot.xml.iter('link'):
             for visual in link.findall('visual'):
                 box, origin = visual.find('geometry/box'), visual.find('origin')
-                if box is not None and origin is not None:
-                    size, center = _numbers(box.attrib['size']), _numbers(origin.attrib['xyz'])
-                    self._boxes.append((link.attrib['name'], center + CORNERS * size))
+                if box is not None:
+                    corners = vector(origin, 'xyz') + CORNERS * vector(box, 'size')
+                    self._boxes.append((link.attrib['name'], corners))
 
     def on_slope(self, truth: GroundTruth) -> Array:
         """Return the corners of all boxes thrown onto the slope, m in odom, (boxes, 8, 3)."""
@@ -61,7 +61,3 @@ class Shadow:
                 pen.polygon([tuple(box[corner]) for corner in face], 255)
         dark = picture.point(lambda value: round(value * SHADE))
         picture.paste(dark, (0, 0), ImageChops.logical_and(shadow.convert('1'), slope))
-
-
-def _numbers(text: str) -> Array:
-    return np.array([float(value) for value in text.split()])

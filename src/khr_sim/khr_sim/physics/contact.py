@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from khr_common.maths.rotation import Array, Vector, carried, dot, inverse
-from khr_description.robot import Robot
+from khr_description.robot import Robot, vector
 from khr_sim.parameters import SimulatorParameters
 
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
@@ -48,7 +48,7 @@ def bumpers(robot: Robot) -> dict[str, tuple[Array, Array]]:
         name = link.attrib['name']
         own = 'collision' if name.endswith('_foot') else 'visual'
         boxes = [
-            (_numbers(each, 'origin', 'xyz'), _numbers(each, 'geometry/box', 'size'))
+            (vector(each.find('origin'), 'xyz'), vector(each.find('geometry/box'), 'size'))
             for each in link.findall(own)
             if each.find('geometry/box') is not None
         ]
@@ -59,12 +59,6 @@ def bumpers(robot: Robot) -> dict[str, tuple[Array, Array]]:
                 low[2] += CORNER_RADIUS
             found[name] = (low + high) / 2.0, high - low
     return found
-
-
-def _numbers(element: ElementTree.Element, path: str, name: str) -> Array:
-    found = element.find(path)
-    assert found is not None
-    return np.array([float(number) for number in found.attrib[name].split()])
 
 
 def physics_urdf(parameters: SimulatorParameters, robot: Robot, robots: int = 1) -> str:
