@@ -112,7 +112,7 @@ def test_view_plays_any_recording(tmp_path, monkeypatch, name):
     (tmp_path / 'bag').mkdir()
     (tmp_path / name).exists() or (tmp_path / name).touch()
     played = []
-    monkeypatch.setattr('khr_view.viewing.play', lambda *given: played.append(given) or 0)
+    monkeypatch.setattr('khr_view.playback.play', lambda *given: played.append(given) or 0)
     done = CliRunner().invoke(app(), ['view', str(tmp_path / name), '--namespace', 'a'])
     assert done.exit_code == 0, done.output
     assert [(paths, namespace) for paths, *_, namespace in played] == [([tmp_path / name], 'a')]

@@ -19,6 +19,7 @@ from khr_sweeps.pool import LostWorkerError, Pool, local_pool
 
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
 CREDENTIALS = 'ca.pem', 'cert.pem', 'key.pem'
+STOPPED = 'the scheduler has stopped; start it and repeat the command to go on'
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def _result(remote: Any) -> Any:
     from distributed import KilledWorker
 
     if remote.status not in ('finished', 'error'):
-        raise RunError('the scheduler has stopped; start it and repeat the command to go on')
+        raise RunError(STOPPED)
     try:
         return remote.result()
     except KilledWorker as error:
@@ -132,9 +133,7 @@ def _result(remote: Any) -> Any:
     except (OSError, TimeoutError) as error:
         if remote.status == 'error':
             raise  # by the job
-        raise RunError(
-            'the scheduler has stopped; start it and repeat the command to go on'
-        ) from error
+        raise RunError(STOPPED) from error
 
 
 def _connect(scheduler: Scheduler) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -15,10 +15,11 @@ from khr_bringup.recorded.bags import robots_in
 from khr_common.maths.gaps import interpolated
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, RED, Array, Chart, Curve, charts
 from khr_view.charts.traces import shade
-from khr_view.guard import AccessGuard
+from khr_view.guard import listen
 from khr_view.model.recorded import Timeline
 from khr_view.model.restart import PAUSE
 from khr_view.model.status import side_by_side
+from khr_view.viewing import Report, Viewing, announce
 
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
@@ -123,19 +124,16 @@ class PlayedRuns:
         )
 
 
-def play(
-    paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = True, namespace: str = ''
-) -> int:
-    """Play runs back, side by side, until interrupted; the robots of a bout in one world.
+def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str = '') -> int:
+    """Play runs back, side by side, until interrupted; return the exit code.
+
+    The robots of a bout are in one world.
 
     Args:
         paths: folders of runs, or bags.
-        guard: opens the guard of the page; called once the runs have been read.
-        loop: whether they restart after their end.
+        viewing: how the page is shown, and whether they restart after their end.
+        report: prints a line.
         namespace: of the robot, in a bag of several; without one all robots of a bout are shown.
-
-    Raises:
-        KhrError: if a run cannot be read or the page not be served.
     """
     from khr_view.page.charts import NO_SPECTRUM
     from khr_view.page.display import BOUT_AWAY, Display, Note
@@ -145,11 +143,14 @@ def play(
     interrupted: list[int] = []
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda caught, _: interrupted.append(caught))
-    player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
+    end, period = max(run.end for run in runs), min(run.period for run in runs)
+    player = Player(end, period, loop=viewing.again != 'never')
     played = PlayedRuns(runs, (RED, BLUE)) if together else PlayedRuns(runs)
     names = [run.name for run in runs] if len(runs) > 1 else ['']
     away = BOUT_AWAY if together else 1.0
-    display = Display(guard(), played.charts, names, away=away)
+    guard = listen(viewing.host, viewing.port)
+    announce(guard, viewing.browser, report)
+    display = Display(guard, played.charts, names, away=away)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         aside = 0.0 if together else -number * SIDE
         display.add_robot(run.robot, (0.0, aside, 0.0), name)

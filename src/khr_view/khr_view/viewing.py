@@ -8,7 +8,6 @@ import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from pkgutil import resolve_name
 from threading import Event, Thread
 from typing import TYPE_CHECKING
@@ -39,18 +38,6 @@ class Viewing:
     port: int = 0
     browser: bool = True  # whether to open it
     again: EndAction = 'never'  # the action that follows the end of a run
-
-
-def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str = '') -> int:
-    """Play recorded runs back in a browser until interrupted; return the exit code."""
-    from khr_view import playback
-
-    def guard() -> AccessGuard:
-        opened = listen(viewing.host, viewing.port)
-        _announce(opened, viewing.browser, report)
-        return opened
-
-    return playback.play(paths, guard, viewing.again != 'never', namespace)
 
 
 @dataclass(frozen=True)
@@ -91,7 +78,7 @@ def live_page(
         yield Observer(nullcontext, [])
         return
     guard = listen(viewing.host, viewing.port)
-    _announce(guard, viewing.browser, report)
+    announce(guard, viewing.browser, report)
     made: list[LivePage] = []
 
     def show(stop: Event) -> None:
@@ -128,7 +115,7 @@ def in_thread(work: Callable[[Event], None], report: Report) -> Iterator[None]:
         thread.join()
 
 
-def _announce(guard: AccessGuard, browser: bool, report: Report) -> None:
+def announce(guard: AccessGuard, browser: bool, report: Report) -> None:
     """Report the address of the page, and open it if there is a graphical browser."""
     report(f'page: {guard.address}')
     if guard.token:

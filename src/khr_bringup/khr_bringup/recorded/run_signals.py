@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from math import atan2
 from pathlib import Path
@@ -160,15 +161,11 @@ class Series:
 
     def correction_of(self, controller: str) -> Array:
         """Return the correction of a controller by its short name, rad, (N,); NaN without one."""
-        if controller not in self.controllers:
-            return np.full(len(self.time), np.nan)
-        return np.asarray(self.correction[:, self.controllers.index(controller)])
+        return self._column(self.correction, self.controllers, controller)
 
     def constant_of(self, controller: str) -> Array:
         """Return the constant part of a correction, rad, (N,); NaN if it is not known."""
-        if self.constant is None or controller not in self.controllers:
-            return np.full(len(self.time), np.nan)
-        return np.asarray(self.constant[:, self.controllers.index(controller)])
+        return self._column(self.constant, self.controllers, controller)
 
     def margin(self, name: str) -> Array:
         """Return a part of the balance, m, (N,), by its name; NaN if it is not computed."""
@@ -178,9 +175,12 @@ class Series:
 
     def estimate_of(self, name: str) -> Array:
         """Return ``center`` or ``capture`` as estimated, m, (N,); NaN without the node."""
-        if self.estimate is None:
+        return self._column(self.estimate, ESTIMATES, name)
+
+    def _column(self, values: Array | None, names: Sequence[str], name: str) -> Array:
+        if values is None or name not in names:
             return np.full(len(self.time), np.nan)
-        return np.asarray(self.estimate[:, ESTIMATES.index(name)])
+        return np.asarray(values[:, names.index(name)])
 
     def during(self, shown: NDArray[np.bool_]) -> Series:
         """Return the signals at some of the times, given as a mask (N,)."""

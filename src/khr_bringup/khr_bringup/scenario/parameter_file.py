@@ -79,18 +79,14 @@ def checked(file: str, node: str, key: str, value: Any) -> Any:
             'scenario without it'
         )
     try:
-        return check(table_of(node), key, floats_of(node, key, value))
+        table = table_of(node)
+        return check(table, key, with_floats(specifications(table).get(key), value))
     except ParameterError as error:
         raise KhrError(f'{file}: {node}: {error}') from error
 
 
-def floats_of(node: str, key: str, value: Any) -> Any:
-    """Convert the integers in a list if the parameter is a list of floats, as ROS 2 does."""
-    return with_floats(specifications(table_of(node)).get(key), value)
-
-
 def with_floats(known: Specification | None, value: Any) -> Any:
-    """Convert the integers in a list if the parameter, if known, is a list of floats."""
+    """Convert the integers in a list if the parameter is a list of floats, as ROS 2 does."""
     if known is None or known.element is not float or not isinstance(value, list):
         return value
     return [float(each) if type(each) is int else each for each in value]
@@ -159,7 +155,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
     known = specifications(table_of(node)).get(key) if node in registry() else None
     if known and known.kind is str and not isinstance(value, str):
         return text
-    return typed(node, key, value)
+    return as_typed(known, value)
 
 
 def typed(node: str, key: str, value: Any) -> Any:

@@ -193,7 +193,7 @@ def view(
     from khr_bringup.bout.bout import is_bout, load_bout
     from khr_bringup.graph.graph import RunOptions
     from khr_bringup.recorded.storage import is_recording
-    from khr_view.viewing import Viewing, play
+    from khr_view.viewing import Viewing
 
     source = str(recording_named(source))
     if against is not None or Path(source).is_dir() or is_recording(Path(source)):
@@ -211,6 +211,8 @@ def view(
         ):
             if stated:
                 raise KhrError(f'{option}: not accepted with a recording; accepted: a scenario')
+        from khr_view.playback import play
+
         both = [Path(source), *([recording_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
