@@ -27,7 +27,7 @@ class Margins(NamedTuple):
 
     center: float  # of mass, projected vertically onto the slope
     # capture point: where the robot has to step to come to rest over it, the centre of mass plus
-    # its velocity by sqrt(h/g) (Pratt et al. 2006, Hof et al. 2005).
+    # its velocity times sqrt(h/g) (Pratt et al. 2006, Hof et al. 2005).
     capture: float
     pressure: float  # centre of pressure of the ground's normal forces
     # toe, heel: foremost and rearmost edge of the loaded soles

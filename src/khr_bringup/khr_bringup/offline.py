@@ -257,8 +257,8 @@ def _answer(robot: str, loop: ControlLoop, truth: GroundTruth) -> list[float]:
 def _imports_set_aside() -> Iterator[None]:
     """Freeze imported objects: a full garbage collection takes longer than many periods.
 
-    They are the caller's as well, who may drop some later: they are released at the end, unless the
-    caller has frozen objects of his own.
+    The caller's objects are frozen too; all are unfrozen at the end, unless the caller had frozen
+    objects before.
     """
     own = gc.get_freeze_count() == 0
     if own:

@@ -72,8 +72,8 @@ def _end() -> None:
     # At its end the interpreter restores the default actions, but not an ignored signal: a late one
     # would end the process with another code.
     _handle_signals(signal.SIG_IGN)
-    # Once a KeyboardInterrupt has left an exec() of a text, as modules have in their imports, the
-    # interpreter ends by SIGINT, though it was caught.
+    # After a KeyboardInterrupt has propagated out of exec(), as in an import, the interpreter kills
+    # itself by SIGINT at its end, even if the exception was caught.
     if _interrupted and _codes:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):  # whoever read it is gone

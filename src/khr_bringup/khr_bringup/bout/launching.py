@@ -1,4 +1,4 @@
-"""A round of a bout by the launch file; this module does not import ``launch``."""
+"""Prepare a round of a bout for the launch file; this module does not import ``launch``."""
 
 from __future__ import annotations
 

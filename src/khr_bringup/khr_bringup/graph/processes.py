@@ -18,7 +18,7 @@ EXECUTABLE = '--executable'  # instead of a module: see khr_bringup.graph.child
 LAST = ('recorder', 'graph')  # they write the bag, with the last messages of the others
 GRACE = 20.0  # s of wall time before a process that does not stop is killed; ten end at a time
 FROZEN = 15.0  # s of wall time after which a process that a signal has stopped ends the run
-# All is closed, but the middleware did not let go, so the process's own alarm ended it.
+# Everything was closed, but threads of the middleware kept the process alive until its own SIGALRM.
 KILLED_BY_TIMER = -signal.SIGALRM
 STOPPED_AS_IT_STARTED = -signal.SIGINT  # before it had anything to close
 WELL = (0, KILLED_BY_TIMER, STOPPED_AS_IT_STARTED)

@@ -171,8 +171,8 @@ def registered(
 
     All processes that inherit ``locks`` hold the domain, so it is free again when the last one has
     ended. Among this user's runs a lock of a file in the register marks it as taken; between users
-    a bound port does. Other users can block ports: if no
-    domain is left, one that looks used is taken, and a foreign publisher there ends the run.
+    a bound port does. If other users hold the ports of all domains, a domain that seems to be in
+    use is taken; if somebody publishes there, the run ends.
 
     Raises:
         KhrError: if the domain asked for is not accepted or taken, or no domain is free.

@@ -1,4 +1,4 @@
-"""Why the samples of a driver do not make a run: publishers, types and timestamps of its topics."""
+"""Find out why a driver's samples cannot be judged: publishers, types and timestamps."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def series_of(
         return np.column_stack([column(topic, index) for topic in topics])
 
     def correction(topic: Topic) -> Array:
-        """Return the correction of a controller; with the board's own mixing, the board's."""
+        """Return a correction, as the board reports it if the board closes the loop."""
         joint = topic.names[0]
         if not len(tracks[topic].stamps) and joint in BOARD_CORRECTION.names:
             return column(BOARD_CORRECTION, BOARD_CORRECTION.names.index(joint))

@@ -137,7 +137,7 @@ def robots_in(bag: Path) -> list[str]:
 def read_what_is_left(
     bag: Path, topics: Sequence[Topic], namespace: str = ''
 ) -> tuple[Messages, str]:
-    """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
+    """Like :func:`read_messages`, but return the messages before the damage of a damaged bag.
 
     Returns:
         The messages, and the damage of the bag; empty if it is whole.

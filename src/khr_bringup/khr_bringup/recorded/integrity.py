@@ -29,8 +29,8 @@ def check_bag(place: Path) -> str:
         place: a rosbag2 folder, or one of its files.
 
     Returns:
-        What could not be checked and why, of a bag that another tool wrote or that has no
-        metadata beside it; else nothing.
+        A note on what could not be checked (another tool wrote the bag, or ``metadata.yaml`` is
+        missing); empty if all was checked.
 
     Raises:
         KhrError: if a file is not as it was written, or the metadata beside it say other

@@ -81,9 +81,11 @@ class Driver:
         return [node for node in registry() if node in wanted]
 
     def _replaces(self, spec: NodeSpec) -> bool:
-        """Return whether the driver replaces a node, or lacks the truth that a sensor measures.
+        """Return whether to leave a node out.
 
-        A driver that closes the loop itself replaces all controllers: they would close it twice.
+        The driver publishes the node's output itself, or does not publish the ground truth that the
+        node needs. A driver that closes the loop itself replaces all controllers: they would close
+        it twice.
         """
         if BOARD_CORRECTION in self.publishes and spec.name in controllers():
             return True

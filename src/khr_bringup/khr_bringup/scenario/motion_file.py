@@ -1,4 +1,4 @@
-"""The motion file of a scenario: its key frames become a part of the scenario, or are written."""
+"""Motion files: read key frames into a scenario, and write those of a motion to a file."""
 
 from __future__ import annotations
 

@@ -99,8 +99,8 @@ def bins_in(message: Any) -> tuple[Array, Array]:
 def belong_together(frequency: Array, amplitude: Array, tones: Sequence[PlacedPeak]) -> bool:
     """Return whether bins and peaks are of one window.
 
-    A peak is read from the bin nearest to it, whose amplitude is its own times the lobe of the
-    window. The message of the bins has no timestamp.
+    The bin k nearest to a peak must have the amplitude of the peak times the lobe of the window at
+    f / spacing - k. The message of the bins has no timestamp.
     """
     if len(frequency) < 2:
         return False

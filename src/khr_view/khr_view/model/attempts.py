@@ -46,7 +46,8 @@ class Attempts:
     def add(self, run: LiveRun, traces: Traces) -> None:
         """Keep a run that has ended; a run that nobody looked at is not kept.
 
-        It is chosen if the one before was; a choice of the reader stays.
+        It becomes the ghost if the attempt before it was the ghost; a ghost chosen by the reader
+        stays.
         """
         outcome = run.status.outcome
         if not isinstance(outcome, Outcome):
