@@ -36,10 +36,6 @@ class SimulatedRobot:
     servos, free joints keep their angles. It is put on the ground as soon as all servos are driven
     and hold still near the first posture of the scenario; from then on physics is simulated.
 
-    Args:
-        scenario: with ground and sensors.
-        joint_map: how servos and sensors are wired.
-
     Attributes:
         stance: in which the scenario begins, 17 joint angles in rad.
         on_ground: whether it has been put down.

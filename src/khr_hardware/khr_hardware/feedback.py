@@ -54,10 +54,6 @@ def rest_level(readings: Sequence[int]) -> int:
 class Feedback:
     """Raise the ratios of the mixings in steps, one write per period; reset them at once.
 
-    Args:
-        client: of the board.
-        joint_map: with a gyro.
-
     Raises:
         KhrError: if the map has no gyro.
     """

@@ -46,12 +46,7 @@ class Pool(Protocol):
         """Return the number of workers."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
-        """Submit a job; return its future.
-
-        Args:
-            function: importable by the workers.
-            arguments: of the function.
-        """
+        """Submit a job, a function that the workers can import; return its future."""
 
 
 def check_workers(workers: int | None, option: str = '--workers') -> int:
@@ -66,14 +61,10 @@ def check_workers(workers: int | None, option: str = '--workers') -> int:
 def compute(
     pool: Pool, function: Callable[[Task], Result], tasks: Iterable[tuple[str, Task]]
 ) -> Iterator[list[tuple[str, Result | None]]]:
-    """Apply a function to tasks on a pool; yield results in batches as they finish.
+    """Apply a function to tasks with keys on a pool; yield results in batches as they finish.
 
-    Only a window of the tasks is submitted at a time.
-
-    Args:
-        pool: of workers.
-        function: importable by the workers.
-        tasks: each with a key.
+    The workers must be able to import the function. Only a window of the tasks is submitted at a
+    time.
 
     Yields:
         Keys with results; None for a task over which several workers were lost.

@@ -31,10 +31,6 @@ def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[
     several rounds; the results of one determine the runs of the next. Workers need no access to
     the folders: signals are returned with the results and written here.
 
-    Args:
-        pool: of workers.
-        sweeps: each with its open folder.
-
     Yields:
         Rows; None for a run over which several workers were lost.
 

@@ -121,13 +121,7 @@ class Control:
 
 
 def control(tunable: Tunable, descriptor: Any, value: Any) -> Control | None:
-    """Return the control of a parameter, or None if it cannot be changed.
-
-    Args:
-        tunable: the parameter.
-        descriptor: a rcl_interfaces/ParameterDescriptor.
-        value: that the parameter has.
-    """
+    """Return the control of a parameter from its ParameterDescriptor, None if it has none."""
     if descriptor.read_only:
         return None
     meaning, _, unit = descriptor.description.partition(' [')

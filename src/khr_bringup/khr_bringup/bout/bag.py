@@ -21,13 +21,7 @@ from khr_sim.physics.truth import GroundTruth
 
 
 class RoundBag:
-    """Write the bag of a round while it runs, without a graph.
-
-    Args:
-        folder: of the bag; it is created.
-        bout: of the round.
-        text: of the bout as it runs.
-    """
+    """Write the bag of a round, in a new folder, while it runs, without a graph."""
 
     def __init__(self, folder: Path, bout: Bout, text: str) -> None:
         self._recording = Recording(folder)

@@ -226,11 +226,6 @@ def _topic_of(connection: Connection, topics: Iterable[Topic]) -> Topic | None:
 def namespace_of(names: Iterable[str], topics: Iterable[Topic], namespace: str = '') -> str:
     """Return the namespace of the robot whose topics a recording holds.
 
-    Args:
-        names: of the topics in the recording.
-        topics: of a robot.
-        namespace: the one asked for, if any.
-
     Raises:
         AmbiguousError: if several namespaces have the same topic, and none is asked for.
     """

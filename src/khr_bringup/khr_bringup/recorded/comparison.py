@@ -40,9 +40,6 @@ def compared_topics() -> tuple[Topic, ...]:
 class SideBySide:
     """Compare periodic topics, number by number.
 
-    Args:
-        signals: of the bag, by topic.
-
     Attributes:
         instants: number of compared samples.
         topics: how many of the bag hold samples.

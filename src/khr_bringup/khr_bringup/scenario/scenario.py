@@ -88,10 +88,7 @@ class Scenario:
         return {short_name(name): topic for name, topic in controllers().items() if name in nodes}
 
     def changed(self, changes: Mapping[tuple[str, str], Any]) -> Scenario:
-        """Return a scenario with values replaced; they are checked.
-
-        Args:
-            changes: values by (node, key).
+        """Return a scenario with values replaced, by (node, key); they are checked.
 
         Raises:
             KhrError: if a node or key is unknown or a value is not accepted.
@@ -151,11 +148,7 @@ class Scenario:
         return replace(changed, title=title_with_changes(changed, given)[:LONGEST].strip())
 
     def switched_off(self, changes: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-        """Return parameters without effect, by node, because its ``enabled`` is false.
-
-        Args:
-            changes: (node, key) of each.
-        """
+        """Return parameters without effect, by node, because its ``enabled`` is false."""
         found: dict[str, list[str]] = {}
         for node, key in changes:
             switch = specifications(table_of(node)).get('enabled')

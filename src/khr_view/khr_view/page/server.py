@@ -51,10 +51,6 @@ _infra.AsyncMessageBuffer = LoopBuffer
 class PageServer(viser.ViserServer):
     """Serve the page on a guard's socket, without viser's share URL.
 
-    Args:
-        guard: of the socket and its requests.
-        title: of the page.
-
     Attributes:
         tables: functions that return a table as text, by the name under which it is served.
     """
