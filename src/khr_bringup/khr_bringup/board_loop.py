@@ -24,11 +24,7 @@ CONTROLLERS = (ANKLE_CONTROLLER, HIP_CONTROLLER)
 
 
 def on_board(scenario: Scenario) -> Scenario:
-    """Return a scenario with the parameters of the node ``board``: the URDF, and its own loop.
-
-    Raises:
-        KhrError: if the board is to close the loop and does not support the scenario.
-    """
+    """Return a scenario with the parameters of the node ``board``: the URDF, and its own loop."""
     own = scenario.table(BoardParameters)
     values: dict[str, Any] = {'urdf': own.urdf or str(DESCRIPTION)}
     if own.mixing == 'board':

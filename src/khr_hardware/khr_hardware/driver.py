@@ -48,9 +48,6 @@ class BoardDriver:
         battery: voltage, V.
         starved: whether the driver holds because no reference is recent enough.
         feedback: the loop closed on the board; None if the computer closes it.
-
-    Raises:
-        KhrError: if the board should close the loop and the map has no gyro.
     """
 
     def __init__(

@@ -103,7 +103,6 @@ class JointMap:
 
         Raises:
             KhrError: if it is not accepted.
-            KhrError: if it is no YAML.
         """
         name = path or DEFAULT
         shipped = MAPS / f'{name}.yaml'

@@ -90,11 +90,7 @@ def check_value(where: str, specification: Specification, value: Any) -> Any:
 
 
 def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
-    """Read an axis of a grid: a list of values, or start, inclusive stop and step.
-
-    Raises:
-        KhrError: if it is empty, repeats a value, or has a value that is not accepted.
-    """
+    """Read an axis of a grid: a list of values, or start, inclusive stop and step."""
     if not _is_range(where, specification, given, 'values', ('start', 'stop', 'step')):
         return _listed(where, specification, given)
     start, stop = (check_value(where, specification, given[key]) for key in ('start', 'stop'))
@@ -102,11 +98,7 @@ def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
 
 
 def random_axis(where: str, specification: Specification, given: Any) -> Axis:
-    """Read an axis of random draws: a list of choices, or low and high.
-
-    Raises:
-        KhrError: if it is empty, or has a value that is not accepted.
-    """
+    """Read an axis of random draws: a list of choices, or low and high."""
     if not _is_range(where, specification, given, 'choices', ('low', 'high')):
         return _listed(where, specification, given)
     low, high = (check_value(where, specification, given[key]) for key in ('low', 'high'))

@@ -156,11 +156,7 @@ def _connect(scheduler: Scheduler) -> Any:
 
 
 def security_of(scheduler: Scheduler) -> Any:
-    """Return the credentials of a scheduler for Dask; None without TLS.
-
-    Raises:
-        KhrError: if they are not certificates with their key.
-    """
+    """Return the credentials of a scheduler for Dask; None without TLS."""
     if not scheduler.tls:
         return None
     from distributed.security import Security

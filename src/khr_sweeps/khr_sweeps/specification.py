@@ -46,11 +46,7 @@ class Sweep:
         return labels * (parameters if self.samples is None else self.samples) * (self.seeds or 1)
 
     def starts(self) -> Iterator[tuple[dict[str, str], Scenario]]:
-        """Yield the labels and the common scenario of each scenario and case.
-
-        Raises:
-            KhrError: if values contradict each other.
-        """
+        """Yield the labels and the common scenario of each scenario and case."""
         labels, _ = self._split()
         for values in product(*(axis.values for axis in labels.values())):
             chosen = dict(zip(labels, values, strict=True))

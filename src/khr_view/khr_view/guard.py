@@ -96,9 +96,6 @@ def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessG
         host: an address of this machine.
         port: to listen on; 0 takes the first free one from ``first`` on.
         first: the preferred port.
-
-    Raises:
-        KhrError: if the address or the port cannot be had.
     """
     if not 0 <= port < 65536:
         raise KhrError(f'--port: {port} is not accepted; accepted: 0 to 65535')

@@ -161,11 +161,7 @@ def is_bout(name: str) -> bool:
 
 
 def find_bout(name: str) -> Path:
-    """Return the file of a bout given by path or name.
-
-    Raises:
-        KhrError: if there is no such file.
-    """
+    """Return the file of a bout given by path or name."""
     for path in (Path(name), Path('config/bouts') / f'{name}.yaml', SHIPPED / f'{name}.yaml'):
         if isfile(path):
             return path
@@ -223,11 +219,7 @@ def _rules(file: str, values: Mapping[str, Any]) -> RefereeParameters:
 
 
 def _checked(file: str, bout: Bout) -> Bout:
-    """Return a bout of which the referee alone ends the rounds.
-
-    Raises:
-        KhrError: if the robots do not share one world, or state another end than the rules.
-    """
+    """Return a bout of which the referee alone ends the rounds."""
     for node in AT_ROOT:
         red, blue = (bout.robots[robot].table(table_of(node)) for robot in ROBOTS)
         for key in specifications(table_of(node)):

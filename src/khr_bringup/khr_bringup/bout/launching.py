@@ -25,9 +25,6 @@ def prepare_bout(given: Mapping[str, str], joints: bool = True) -> Launch:
     Args:
         given: the launch file's arguments.
         joints: whether the nodes ``transforms`` are to publish the joints' frames.
-
-    Raises:
-        KhrError: if the bout or an argument is not accepted.
     """
     record, rviz = (switch(name, given[name]) for name in ('record', 'rviz'))
     for name in OF_A_SCENARIO:

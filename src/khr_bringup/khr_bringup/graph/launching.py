@@ -167,9 +167,6 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
     Args:
         given: all names, also those of a launch file that includes this one.
         asked: those of the command line.
-
-    Raises:
-        KhrError: if a name is nearly one of this file's: a typing error.
     """
     for name in given:
         near = meant(name, ARGUMENTS, SIMILAR)

@@ -108,11 +108,7 @@ def set_parameter(
 
 
 def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
-    """Refuse a value that the node would refuse, with the text of a scenario file.
-
-    Raises:
-        KhrError: if the parameter is fixed, or its specification does not accept the value.
-    """
+    """Refuse a value that the node would refuse, with the text of a scenario file."""
     name = parameter.name
     if parameter.fixed:
         raise KhrError(

@@ -75,9 +75,6 @@ def existing_bag(bag: Path) -> Path:
 
     Args:
         bag: the recording, one of its files, or the folder of a run.
-
-    Raises:
-        KhrError: if nothing is there, it holds no bag, or it is a recording of ROS 1.
     """
     place = bag_of(bag)
     if not place.exists():
@@ -141,9 +138,6 @@ def read_what_is_left(
 
     Returns:
         The messages, and the damage of the bag; empty if it is whole.
-
-    Raises:
-        KhrError: if nothing can be read.
     """
     try:
         return read_messages(bag, topics, namespace=namespace), ''

@@ -32,9 +32,6 @@ def with_motion(file: str, values: Values, folder: Path) -> Values:
         file: name of the scenario in error messages.
         values: checked parameters by node and key.
         folder: that the path of the motion file is relative to.
-
-    Raises:
-        KhrError: one line with file, frame or time, joint or leg, value and accepted values.
     """
     gait = values.get(GAIT, {})
     if not gait.get('motion_file') and gait.get('motion') != 'file':

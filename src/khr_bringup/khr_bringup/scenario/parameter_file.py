@@ -146,11 +146,7 @@ def _is_wiring(node: str, key: Any) -> bool:
 
 
 def parse_value(node: str, key: str, text: str) -> Any:
-    """Read a value as typed; an integer for a float parameter is taken as that float.
-
-    Raises:
-        KhrError: if it is not a YAML value.
-    """
+    """Read a value as typed; an integer for a float parameter is taken as that float."""
     value = read_yaml(text, named(f'{node}.{key}'))
     known = specifications(table_of(node)).get(key) if node in registry() else None
     if known and known.kind is str and not isinstance(value, str):

@@ -104,9 +104,6 @@ class Scenario:
         """Return the scenario on a driver in the simulator's place.
 
         It runs in real time unless the scenario states otherwise.
-
-        Raises:
-            KhrError: if a node needs a topic that neither the driver nor another node publishes.
         """
         if driver.path is None and (node := registry().get(driver.name)):
             table = build(node.spec.table, self.of(driver.name))
@@ -276,11 +273,7 @@ def shipped() -> list[Path]:
 
 
 def parse_change(text: str) -> tuple[tuple[str, str], Any]:
-    """Read ``node.key=value`` as on a command line.
-
-    Raises:
-        KhrError: if it is not of that form, or the value is not YAML.
-    """
+    """Read ``node.key=value`` as on a command line."""
     match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
     if not match:
         key = text.partition('=')[0]

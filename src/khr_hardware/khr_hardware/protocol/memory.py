@@ -101,11 +101,7 @@ class Mixing:
 
     @classmethod
     def of_ad(cls, channel: int, factor: int) -> Mixing:
-        """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit.
-
-        Raises:
-            KhrError: if the channel does not exist, or the factor is not an integer of 7 bits.
-        """
+        """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit."""
         if not 0 <= channel < AD_CHANNELS:
             raise KhrError(
                 f'AD channel: {channel} is not accepted; accepted: 0 to {AD_CHANNELS - 1}'
@@ -176,11 +172,7 @@ def record_address(ics: int) -> int:
 
 
 def check_ics(ics: int) -> int:
-    """Check and return an ICS number: 2 ID on SIO1 to 4, 2 ID + 1 on SIO5 to 8.
-
-    Raises:
-        KhrError: if the number is out of range.
-    """
+    """Check and return an ICS number: 2 ID on SIO1 to 4, 2 ID + 1 on SIO5 to 8."""
     if not 0 <= ics < ICS_NUMBERS:
         raise KhrError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')
     return ics

@@ -29,11 +29,7 @@ class Fault:
 
     @classmethod
     def parse(cls, text: str) -> Fault:
-        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required.
-
-        Raises:
-            KhrError: if the text is not accepted.
-        """
+        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required."""
         known, words = specifications(cls), (word.partition('=') for word in text.split())
         try:
             return build(

@@ -76,11 +76,7 @@ class Frame:
 
 
 def scenario_of(run: str) -> Scenario:
-    """Return the scenario of a run folder, or the one of that name or file.
-
-    Raises:
-        KhrError: if there is neither.
-    """
+    """Return the scenario of a run folder, or the one of that name or file."""
     folder = Path(run)
     if folder.is_dir():
         if not (folder / 'scenario.yaml').is_file():
@@ -133,11 +129,7 @@ class Source:
 
 
 def source_of(run: str, namespace: str = '') -> Source:
-    """Return a recorded run as it was recorded; a scenario, or a run without a bag, is run.
-
-    Raises:
-        KhrError: if there is neither, or the bag lacks the poses.
-    """
+    """Return a recorded run as it was recorded; a scenario, or a run without a bag, is run."""
     path = Path(run)
     if path.exists() and path.suffix not in SCENARIO_FILES:
         recorded = RecordedRun(path, POSES, salvage=True, namespace=namespace)
@@ -152,11 +144,7 @@ def source_of(run: str, namespace: str = '') -> Source:
 
 
 def recorded_frames(run: RecordedRun) -> list[Frame]:
-    """Return the samples of a bag.
-
-    Raises:
-        KhrError: if the bag cannot be read, or lacks the poses.
-    """
+    """Return the samples of a bag."""
     controls = run.parameters.corrections.values()
     tracks = tracks_of(run.messages, [topic for topic in run.messages if topic in POSES])
     stamps, outcomes = judge(tracks, run.parameters.table(MonitorParameters))

@@ -94,11 +94,7 @@ def is_foreign(path: Path, namespace: str = '') -> bool:
 
 
 def contents_of(path: Path, namespace: str = '') -> RunContents:
-    """Read a run, its bag up to the first damage.
-
-    Raises:
-        KhrError: if it is not there.
-    """
+    """Read a run, its bag up to the first damage."""
     if not path.exists():
         raise KhrError(f'{path}: no such run; {ACCEPTED}')
     refuse_ros1(bag_of(path))

@@ -30,9 +30,6 @@ def report_recording(
         path: the recording, or one of its files.
         out: the page to write; its path is returned.
         topic, axis, namespace: of the signal, as :func:`read_channel` takes them.
-
-    Raises:
-        KhrError: if there is no recording, topic or axis, or the page cannot be written.
     """
     topics, notes = topics_in(path)
     channel = read_channel(path, topic, axis, namespace)

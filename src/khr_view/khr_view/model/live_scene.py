@@ -39,11 +39,7 @@ class LiveScene:
         self._builder: SnapshotBuilder | None = None
 
     def describe(self, urdf: str) -> Robot | None:
-        """Take the description of the robot; return the robot if it is the first.
-
-        Raises:
-            KhrError: if it describes no such robot.
-        """
+        """Take the description of the robot; return the robot if it is the first."""
         if self._robot is not None:
             return None
         self._robot = Robot(urdf)

@@ -42,10 +42,6 @@ class Timeline:
         namespace: of the robot, in a bag of several.
         name: of the run; that of the folder or bag by default.
 
-    Raises:
-        KhrError: if nothing in it can be shown.
-        KhrError: if it is no bag.
-
     Attributes:
         name: of the run.
         robot: its description.
