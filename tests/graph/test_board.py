@@ -20,7 +20,8 @@ from khr_hardware.node_specs import BOARD
 from khr_hardware.protocol.memory import FREE
 from tests.fakes.boards import TRIMS, Rig
 from tests.support.browser import viewer
-from tests.support.runs import call, children, finish, joined, khr, stamp_ns, wait_for, wait_until
+from tests.support.in_process import khr_here
+from tests.support.runs import call, children, finish, joined, stamp_ns, wait_for, wait_until
 from tests.support.served import ServedRobot, served
 
 pytestmark = pytest.mark.slow
@@ -57,10 +58,10 @@ def driven(tmp_path_factory):
             said = [early.message, *(board(verb, node) for verb in ('start', 'start', 'hold'))]
             asked = served.targets
             domain = node.context.get_domain_id()
-            assert khr('set', 'board', 'at_exit', 'hold', '--domain', domain).code == 0
+            assert khr_here('set', 'board', 'at_exit', 'hold', '--domain', domain).code == 0
             held = served.targets  # what was on its way to the board has come
             assert held == pytest.approx(asked, abs=0.02)
-            assert khr('get', 'board', '--domain', domain).code == 0
+            assert khr_here('get', 'board', '--domain', domain).code == 0
             assert served.targets == held
             said.append(board('start', node))
         ended = finish(process, served.folder)
@@ -118,7 +119,7 @@ def test_forces_and_gyro_judge_it_and_there_is_no_trajectory(driven):
     outcome = json.loads((driven[1].folder / 'outcome.json').read_text())
     assert outcome['verdict'] == 'upright' and outcome['judged_by'] == 'sensors'
     assert 'on khr_hardware/board' in driven[1].out
-    report = khr('report', driven[1].folder)
+    report = khr_here('report', driven[1].folder)
     assert (report.code, report.err) == (0, '')
     page = (driven[1].folder / 'report.html').read_text()
     assert 'upright' in page and 'none: nothing was simulated' in page

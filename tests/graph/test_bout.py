@@ -15,6 +15,7 @@ from khr_bringup.bout.offline import run_bout
 from khr_bringup.graph.launching import ARGUMENTS
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import registry
+from tests.support.in_process import khr_here
 from tests.support.namespaced import python
 from tests.support.runs import Bag, children, finish, joined, khr, start_khr, wait_for, wait_until
 
@@ -51,7 +52,7 @@ def test_offline_one_process_and_many_give_the_same_bits(fought, tmp_path):
 
 
 def test_the_bag_of_a_graph_repeats_bit_for_bit(fought):
-    same = khr('verify', fought.folder)
+    same = khr_here('verify', fought.folder)
     assert same.code == 0, same.err + same.out
     assert 'round 1 blue: compared 18 samples of 17 topics' in same.out
 
@@ -138,11 +139,11 @@ def test_a_killed_node_is_named_with_its_robot_and_the_bag_is_kept(running):
 
 
 @pytest.mark.parametrize('running', [('--one-process', 'referee.time_limit=9.0')], indirect=True)
-def test_each_robot_is_set_and_pushed_and_the_bout_repeats_with_that(running, tmp_path):
-    shown = khr('set', 'red/ankle_controller', 'gain', '18', folder=tmp_path)
+def test_each_robot_is_set_and_pushed_and_the_bout_repeats_with_that(running):
+    shown = khr_here('set', 'red/ankle_controller', 'gain', '18')
     assert shown.code == 0, shown.err
     assert shown.out.startswith('red/ankle_controller.gain: 12.0 -> 18.0')
-    kept = khr('get', 'blue/ankle_controller', 'gain')
+    kept = khr_here('get', 'blue/ankle_controller', 'gain')
     assert kept.out.startswith('gain: 12.0'), kept.err
     with joined(running.folder) as node:
         acted, executor = [], SingleThreadedExecutor(context=node.context)
@@ -156,7 +157,7 @@ def test_each_robot_is_set_and_pushed_and_the_bout_repeats_with_that(running, tm
         wait_for(lambda: executor.spin_once(0.05) or acted, 'the push')
     ended = finish(running, running.folder)
     assert ended.code == 0, ended.err
-    same = khr('verify', running.folder)
+    same = khr_here('verify', running.folder)
     assert same.code == 0, same.err + same.out
     assert 'changed red/ankle_controller.gain to 18.0 after t = ' in same.out
     assert 'pushed blue t=' in same.out and 'link=torso frame=torso force=3.0,0.0,0.0' in same.out

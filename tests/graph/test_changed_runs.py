@@ -6,7 +6,8 @@ import signal
 import pytest
 
 from khr_view.model.recorded import Timeline
-from tests.support.runs import LONG, Bag, call, finish, joined, khr, wait_for, wait_until
+from tests.support.in_process import khr_here
+from tests.support.runs import LONG, Bag, call, finish, joined, wait_for, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
@@ -60,7 +61,7 @@ def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path, mode):
     assert ', K_A 14, K_H 6.5, at ' in played.heading(played.end)
     assert ', K_A 9, K_H' not in played.heading(0.0)
     pushes = len(Bag(folder / 'bag')['/simulator/push'])
-    verified = khr('verify', folder)
+    verified = khr_here('verify', folder)
     assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
     lines = verified.out.splitlines()
     for of, name, value in CHANGES:

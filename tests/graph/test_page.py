@@ -252,7 +252,7 @@ def test_all_that_was_done_is_in_the_bags(page, viewed):
         if each['parameter'] == 'ankle_controller.gain'
     ]
     assert 14.0 in gains
-    verified = khr('verify', second(viewed))
+    verified = khr_here('verify', second(viewed))
     assert verified.out.splitlines()[-1] == 'same', verified.out
     ((_, push),) = bag['/simulator/push']
     assert push.wrench.force.x == 5.0

@@ -6,6 +6,7 @@ import signal
 
 import pytest
 
+from tests.support.in_process import khr_here
 from tests.support.runs import (
     Bag,
     call,
@@ -61,7 +62,7 @@ def test_a_run_whose_pace_is_taken_off_goes_on_to_its_end(in_background, tmp_pat
     process = in_background(
         *('run', 'stand_0deg', '--out', folder, '--duration', '4', '--set', 'simulator.pace=0.2')
     )
-    changed = khr('set', 'simulator', 'pace', '0.0', '--domain', wait_until_running(folder))
+    changed = khr_here('set', 'simulator', 'pace', '0.0', '--domain', wait_until_running(folder))
     assert changed.code == 0, changed.err
     ended = finish(process, folder)
     assert ended.code == 0, ended.err

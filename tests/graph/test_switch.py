@@ -11,7 +11,7 @@ from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.interfaces import SCENARIO
 from tests.support.browser import free_port, viewer
 from tests.support.in_process import khr_here
-from tests.support.runs import finish, khr, start_khr, wait_for, wait_until_running
+from tests.support.runs import finish, start_khr, wait_for, wait_until_running
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 OTHER = 'lift_2.7deg'
@@ -43,7 +43,7 @@ def test_each_scenario_is_a_run_of_its_own_that_verifies_and_a_refused_one_is_no
         wait_for(lambda: sum(got) > 10_000, 'the page')
         changed = khr_here('set', 'ankle_controller', 'gain', '7', '--domain', viewed.domain)
         assert changed.code == 0, changed.err
-        switched = khr('switch', OTHER, '--domain', viewed.domain)
+        switched = khr_here('switch', OTHER, '--domain', viewed.domain)
         assert switched.code == 0 and 'stand_0deg' in switched.out, switched.err
         assert wait_until_running(following) == viewed.domain
         (entry,) = (each for each in running() if each.folder == str(following))
@@ -57,7 +57,7 @@ def test_each_scenario_is_a_run_of_its_own_that_verifies_and_a_refused_one_is_no
         (viewed.folder, 'stand_0deg', 'stand'),
         (following, OTHER, load_scenario(OTHER).values['gait']['motion']),
     ):
-        verified = khr('verify', folder)
+        verified = khr_here('verify', folder)
         assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
         assert json.loads((folder / 'outcome.json').read_text())['scenario'] == name
         (text,) = read_messages(folder, [SCENARIO])[SCENARIO]

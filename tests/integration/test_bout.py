@@ -110,7 +110,7 @@ def test_what_a_bout_does_not_have_is_refused(arguments, says):
 
 def test_a_still_of_a_bout_shows_both_robots(fought, tmp_path):
     folder, _ = fought
-    ended = khr(
+    ended = khr_here(
         'film', folder, '--still', '0.2', '--width', 320, '--height', 240, '--out', tmp_path / 'a'
     )
     assert ended.code == 0, ended.err

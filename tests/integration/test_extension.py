@@ -19,6 +19,7 @@ import yaml
 from khr_bringup.graph import run_registry
 from khr_sweeps.results.folder import read_results, request_of
 from tests import ROOT
+from tests.support.in_process import khr_here
 from tests.support.runs import LONG, Bag, wait_for
 
 EXAMPLE = ROOT / 'examples' / 'khr_example_controller'
@@ -272,11 +273,8 @@ def test_three_files_are_enough(python, tmp_path):
 
 def test_a_scenario_without_it_is_untouched(python, tmp_path):
     command = ('run', 'walk_0deg', '--duration', 0.3, '--offline', '--out')
-    ends = [
-        khr(own, *command, tmp_path / name).splitlines()[-1]
-        for name, own in (('with', python), ('here', sys.executable))
-    ]
-    assert ends[0] == ends[1]
+    beside = khr(python, *command, tmp_path / 'with').splitlines()[-1]
+    assert beside == khr_here(*command, tmp_path / 'here').out.splitlines()[-1]
 
 
 def test_the_document_shows_the_example_and_its_runs_agree(python, documented, recorded, tmp_path):

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from khr.cli import command
 from khr_analysis.outcome_values import shown
 from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.code_version import code_version, library_versions
@@ -31,6 +30,7 @@ from tests.support.pages import check_alone
 from tests.support.runs import khr
 
 REST = '"scenario": "", "end": "", "trajectory_hash": ""'
+SCENARIO = 'walk_6.99deg_ka12'
 SECONDS = 4.2  # a gait cycle and more
 VERSION = code_version(engine='bullet')
 
@@ -39,18 +39,8 @@ VERSION = code_version(engine='bullet')
 def recorded(tmp_path_factory):
     """A short walk over topics, recorded."""
     folder = tmp_path_factory.mktemp('report') / 'walked'
-    done = khr(
-        'run',
-        'walk_6.99deg_ka12',
-        '--duration',
-        SECONDS,
-        '--set',
-        'ankle_controller.gain=15',
-        '--draw',
-        '--out',
-        folder,
-        folder=folder,
-    )
+    changed = ('--duration', SECONDS, '--set', 'ankle_controller.gain=15')
+    done = khr('run', SCENARIO, *changed, '--draw', '--out', folder)
     assert done.code == 0, done.err
     return folder
 
@@ -59,15 +49,8 @@ def recorded(tmp_path_factory):
 def offline(tmp_path_factory):
     """The same scenario with another gain, without a bag."""
     folder = tmp_path_factory.mktemp('report') / 'offline'
-    done = khr(
-        'run',
-        'walk_6.99deg_ka12',
-        '--duration',
-        SECONDS,
-        '--offline',
-        '--out',
-        folder,
-        folder=folder,
+    done = khr_here(
+        'run', SCENARIO, '--duration', SECONDS, '--offline', '--no-draw', '--out', folder
     )
     assert done.code == 0, done.err
     return folder
@@ -77,7 +60,8 @@ def offline(tmp_path_factory):
 def brief(tmp_path_factory):
     """A run without a bag that is repeated in no time."""
     folder = tmp_path_factory.mktemp('report') / 'brief'
-    done = khr_here('run', 'stand_0deg', '--duration', 0.3, '--offline', '--out', folder)
+    brief = ('--duration', 0.3, '--set', 'simulator.friction=0.3', '--offline', '--no-draw')
+    done = khr_here('run', 'stand_0deg', *brief, '--out', folder)
     assert done.code == 0, done.err
     return folder
 
@@ -172,11 +156,11 @@ def test_changes_while_it_ran_are_listed(tmp_path):
 # ---- what is missing or damaged ----
 
 
-def test_run_without_a_bag_is_repeated(offline, tmp_path, capsys):
-    text = check_alone(report(offline, None, tmp_path / 'page.html')).text
+def test_run_without_a_bag_is_repeated(brief, tmp_path, capsys):
+    text = check_alone(report(brief, None, tmp_path / 'page.html')).text
     assert 'no bag; the signals are those of the run repeated' in text
     assert 'no bag' in capsys.readouterr().err
-    assert contents_of(offline).series.time[-1] == pytest.approx(SECONDS, abs=0.015)
+    assert contents_of(brief).series.time[-1] == pytest.approx(0.3, abs=0.015)
 
 
 @pytest.mark.parametrize(
@@ -197,13 +181,13 @@ def test_run_that_does_not_repeat_has_no_signals(brief, tmp_path, change, says):
     assert found.record.judged.verdict == outcome['verdict']
 
 
-def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
-    folder = copy(offline, tmp_path / 'run')
+def test_page_without_signals_shows_outcome_and_parameters(brief, tmp_path):
+    folder = copy(brief, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | {'end': 'stopped'}
     (folder / 'outcome.json').write_text(json.dumps(outcome))
     page = check_alone(report(folder, None, None))
     assert f'{OUTCOME["verdict"]} {outcome["verdict"]}' in page.text
-    assert 'simulator.inclination_deg 6.99' in page.text
+    assert 'simulator.friction 0.3' in page.text
     assert 'no bag, so no signals' in page.text
 
 
@@ -246,13 +230,11 @@ def test_changes_of_a_run_without_a_bag_are_those_of_its_outcome(brief, tmp_path
     assert '1.500 gait.stride 0.25' in check_alone(report(folder, None, None)).text
 
 
-def test_a_scenario_alone_is_no_run(offline, tmp_path, monkeypatch, capsys):
-    folder = copy(offline, tmp_path / 'run', 'outcome.json')
-    monkeypatch.setattr('sys.argv', ['khr', 'report', str(folder)])
-    with pytest.raises(SystemExit) as leave:
-        command.main()
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    assert leave.value.code == 2 and f'{folder}: neither outcome nor signals' in line
+def test_a_scenario_alone_is_no_run(brief, tmp_path):
+    folder = copy(brief, tmp_path / 'run', 'outcome.json')
+    refused = khr_here('report', folder)
+    (line,) = refused.err.strip().splitlines()
+    assert refused.code == 2 and f'{folder}: neither outcome nor signals' in line
     assert not (folder / 'report.html').exists()
 
 
@@ -312,7 +294,7 @@ def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, d
 
 
 @pytest.mark.parametrize('kind', ['absent', 'empty', 'text', 'torn'])
-def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_path, kind):
+def test_what_is_no_run_is_one_line_and_exit_code_2(tmp_path, kind):
     folder = tmp_path / 'run'
     if kind != 'absent':
         folder.mkdir()
@@ -321,19 +303,15 @@ def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_pat
     if kind == 'torn':
         (folder / 'bag').mkdir()
         (folder / 'bag' / 'bag.mcap').write_text('torn')
-    monkeypatch.setattr('sys.argv', ['khr', 'report', str(folder)])
-    with pytest.raises(SystemExit) as leave:
-        command.main()
-    assert leave.value.code == 2
-    captured = capsys.readouterr()
-    assert captured.out == ''
-    (line,) = captured.err.strip().splitlines()
+    refused = khr_here('report', folder)
+    assert (refused.code, refused.out) == (2, '')
+    (line,) = refused.err.strip().splitlines()
     assert str(folder) in line and 'accepted: the folder of a khr run' in line
 
 
-def test_page_that_cannot_be_written_is_refused(offline, tmp_path):
+def test_page_that_cannot_be_written_is_refused(brief, tmp_path):
     with pytest.raises(KhrError, match='accepted: a file that can be written'):
-        report(offline, None, tmp_path)
+        report(brief, None, tmp_path)
 
 
 # ---- two runs ----
@@ -360,10 +338,8 @@ def test_a_signal_of_another_recording_is_refused_beside_a_comparison(recorded, 
         report(recorded, offline, topic='/imu/data')
 
 
-def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, tmp_path, capsys):
-    other = tmp_path / 'stood'
-    assert khr('run', 'stand_0deg', '--offline', '--duration', 1, '--out', other).code == 0
-    page = check_alone(report(recorded, other, tmp_path / 'page.html'))
+def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, brief, tmp_path, capsys):
+    page = check_alone(report(recorded, brief, tmp_path / 'page.html'))
     warning = 'the runs are of different scenarios: walk_6.99deg_ka12, and stand_0deg'
     assert page.text.index(warning) < page.text.index('Signals')
     assert f'khr: {warning}\n' in capsys.readouterr().err

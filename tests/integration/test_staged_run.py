@@ -16,6 +16,7 @@ from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.experiments import Run
 from khr_studies.thesis_figures.registry import draw
 
+MUJOCO = {('simulator', 'engine'): 'mujoco'}  # in a third of the time
 TILTING = 'stand_tilting_staged'
 UNTIL = 19.0  # s: ground of 9.5 deg
 SETTLED = 2.0  # s, four time constants of the sensors
@@ -81,6 +82,7 @@ def test_on_one_leg_the_inclination_is_read_as_well(foot):
             ('stage', 'mode'): 'auto',
             ('gait', 'start_delay'): 4.0,
             ('simulator', 'duration'): 10.0,
+            **MUJOCO,
         }
     )
     _, series = run_with_series(scenario)
@@ -103,6 +105,7 @@ def test_at_the_threshold_it_does_not_chatter():
             ('simulator', 'level_start'): True,
             ('simulator', 'inclination_deg'): 5.4,
             ('simulator', 'duration'): 12.0,
+            **MUJOCO,
         }
     )
     _, series = run_with_series(scenario)
@@ -117,6 +120,7 @@ def test_down_it_goes_as_it_came():
             ('simulator', 'level_start'): True,
             ('simulator', 'inclination_deg'): 8.0,
             ('simulator', 'duration'): 15.5,
+            **MUJOCO,
         }
     )
     result, series = run_with_series(scenario)

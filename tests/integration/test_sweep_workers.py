@@ -10,6 +10,7 @@ import pytest
 
 from khr_sweeps.results.folder import ROWS, read_results
 from khr_sweeps.results.store import read_store
+from tests.support.in_process import khr_here
 from tests.support.runs import KHR
 from tests.support.sweeps import (
     PATIENCE,
@@ -86,16 +87,16 @@ def test_a_worker_killed_midway_loses_nothing(tmp_path, start):
 def test_signals_that_are_lost_or_damaged_are_computed_again(tmp_path):
     file, folder = specification(tmp_path, 4, 0.3), tmp_path / 'out'
     command = ('sweep', file, '--out', folder, '--workers', 1)
-    assert khr(*command).returncode == 0
+    assert khr_here(*command).code == 0
     whole, *_, damaged, lost = (folder / 'series').iterdir()
     content = bytearray(damaged.read_bytes())
     content[len(content) // 2] ^= 1
     damaged.write_bytes(content)
     lost.unlink()
     before = whole.read_bytes()
-    again = khr(*command)
-    assert again.returncode == 0 and '4 of 4' in again.stdout
-    assert again.stderr.endswith('2 damaged results dropped\n')
+    again = khr_here(*command)
+    assert again.code == 0 and '4 of 4' in again.out
+    assert again.err.endswith('2 damaged results dropped\n')
     check_complete(file, folder)
     assert whole.read_bytes() == before
 

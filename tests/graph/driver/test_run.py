@@ -13,8 +13,9 @@ from khr_bringup.scenario.driver import driver_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO
 from tests.support.drivers import PATIENT, PENDULUM, ROUGH
+from tests.support.in_process import khr_here
 from tests.support.namespaced import Robot
-from tests.support.runs import Bag, khr, stamp_ns
+from tests.support.runs import Bag, stamp_ns
 
 pytestmark = pytest.mark.slow
 SHAKEN = 3.0  # Hz, by the example
@@ -69,13 +70,13 @@ def test_the_spectrum_is_that_of_the_driver(driven):
 
 
 def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
-    report = khr('report', driven.folder)
+    report = khr_here('report', driven.folder)
     assert (report.code, report.err) == (0, '')
-    lines = khr('lines', driven.folder)
+    lines = khr_here('lines', driven.folder)
     assert 'by the gyro' in lines.out, lines.err
     largest = float(lines.out.partition('| --- |\n| ')[2].partition(' ')[0])
     assert largest == pytest.approx(SHAKEN, abs=0.1), 'of 0.25 Hz from line to line'
-    verified = khr('verify', driven.folder)
+    verified = khr_here('verify', driven.folder)
     assert verified.code != 0
     assert 'nothing was simulated: it ran on a driver' in verified.err
 
