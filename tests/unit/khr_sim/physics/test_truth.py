@@ -4,6 +4,7 @@ import struct
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from khr_common.interfaces import JOINT_STATES, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_sim.physics.truth import GroundTruth
@@ -33,6 +34,14 @@ def test_the_record_holds_the_motion(parts):
     record = GroundTruth(3, 45, 0.1, **parts).record()
     numbers = [number for name in RECORDED for number in parts[name]]
     assert record == struct.pack('<q47d', 3, *numbers)
+
+
+@pytest.mark.parametrize('axis', [(1, 0, 0), (0, 1, 0), (0.6, -0.8, 0)])
+@pytest.mark.parametrize('angle', [0.0, 0.3, 2.5])
+def test_tilt_is_the_angle_to_the_vertical(parts, axis, angle):
+    leaning = Rotation.from_rotvec(np.multiply(axis, angle)) * Rotation.from_euler('z', 1.0)
+    truth = GroundTruth(3, 45, 0.1, **parts | {'orientation': leaning.as_quat()})
+    assert truth.tilt == pytest.approx(angle, abs=1e-9)
 
 
 def test_topics_carry_the_parts(parts):

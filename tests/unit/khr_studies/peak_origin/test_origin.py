@@ -119,7 +119,7 @@ def only_the_loop_on_its_line(monkeypatch):
     walks.cache_clear()
 
 
-@pytest.mark.parametrize('number', [5, 6, 7, 8, 9, 11, 17])
+@pytest.mark.parametrize('number', [6, 7, 17])
 def test_a_loop_that_rings_on_a_line_is_distinguished_from_it(only_the_loop_on_its_line, number):
     loop = only_the_loop_on_its_line(number)
     found = at(labelled(loop), number / 2.31)

@@ -137,8 +137,19 @@ def test_the_amplitude_falls_with_the_slope_until_the_heels_lift():
     assert not np.isnan(amplitude.at[6, 0.0]) and np.isnan(amplitude.at[6, 10.0])  # it fell
 
 
-def test_the_table_holds_the_model_s_own_numbers(tmp_path):
-    _, table = draw('3.9', tmp_path)
+def test_a_table_holds_the_model_s_own_numbers_and_the_picture_typesets_its_symbols(tmp_path):
+    seen = []
+
+    def look(figure, *target, **options):
+        seen.extend(text.get_text() for text in figure.findobj(Text))
+        return savefig(figure, *target, **options)
+
+    savefig = Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, 'savefig', look)
+        _, table = draw('3.9', tmp_path)
+    assert any('{\\mathrm{cr}}' in text for text in seen) and not any('φ_cr' in t for t in seen)
+    assert 'φ_cr' in table.read_text(encoding='utf-8')
     curve = [
         row
         for row in rows(table)
@@ -156,21 +167,6 @@ def test_symbols_are_typeset_and_names_are_not():
     )
     for text in ('walk_6.99deg_ka12', 'l_toe', r'$K_{\mathrm{A}}$'):
         assert typeset(text) == text
-
-
-def test_a_picture_has_its_symbols_typeset_and_the_table_has_them_plain(tmp_path):
-    seen = []
-
-    def look(figure, *target, **options):
-        seen.extend(text.get_text() for text in figure.findobj(Text))
-        return savefig(figure, *target, **options)
-
-    savefig = Figure.savefig
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Figure, 'savefig', look)
-        _, table = draw('3.9', tmp_path)
-    assert any('{\\mathrm{cr}}' in text for text in seen) and not any('φ_cr' in t for t in seen)
-    assert 'φ_cr' in table.read_text(encoding='utf-8')
 
 
 def test_an_unknown_figure_lists_those_known(tmp_path):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -42,21 +43,26 @@ NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot fa
 
 
 @pytest.fixture(scope='module')
-def table(tmp_path_factory):
-    """Draw a figure once, check that it is whole, and return its rows."""
-    drawn = {}
+def drawn(tmp_path_factory):
+    """Draw a figure once, check that it is whole, and return it with its rows."""
+    kept = {}
 
-    def rows(number, falls=NOBODY):
-        if (number, falls) not in drawn:
+    def figure_and_rows(number, falls=NOBODY):
+        if (number, falls) not in kept:
             with styled():
                 figure = FIGURES[number].draw(runs_for(number, falls))
                 check_with_units(figure)
             assert figure.get_suptitle().startswith(f'Figure {number}: ')
             assert falls != NOBODY or len(figure.axes) == PANELS[number]
-            drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
-        return drawn[number, falls]
+            kept[number, falls] = figure, rows_of(figure, tmp_path_factory.mktemp('figure'))
+        return kept[number, falls]
 
-    return rows
+    return figure_and_rows
+
+
+@pytest.fixture(scope='module')
+def table(drawn):
+    return lambda *arguments: drawn(*arguments)[1]
 
 
 def notes_of(figure):
@@ -193,27 +199,30 @@ def test_each_figure_of_spectra_shows_its_controls_as_the_thesis_does(table):
 
 
 @pytest.mark.parametrize('number', [number for number, drawing in FIGURES.items() if drawing.rate])
-def test_the_signal_of_a_rate_is_named_and_can_be_chosen(number, tmp_path):
+def test_the_signal_of_a_rate_is_named_and_can_be_chosen(drawn, number, tmp_path):
     drawing = FIGURES[number]
+    default = signature(drawing.figure).parameters['rate'].default
     for signal, rate in RATES.items():
-        with styled():
-            figure = drawing.draw(runs_for(number, NOBODY), rate)
+        if rate is default:
+            figure, rows = drawn(number)
+        else:
+            with styled():
+                figure = drawing.draw(runs_for(number, NOBODY), rate)
+            rows = rows_of(figure, tmp_path)
         labels = {axes.get_ylabel() for axes in figure.axes}
         if number not in ('5.10', '5.11'):  # phases and frequencies name it in their notes
             assert any(rate.name in label for label in labels)
             assert not any('gyro' in label and 'gyro' not in rate.name for label in labels)
         else:
             assert rate.name in notes_of(figure)
-        largest = [y for _, what, _, y in rows_of(figure, tmp_path) if what in SPECTRA]
+        largest = [y for _, what, _, y in rows if what in SPECTRA]
         share = READ if signal == 'gyro_rate' else 1.0
         if largest:
             assert max(largest) == pytest.approx(share * math.degrees(RATE), rel=0.01)
 
 
-def test_gait_3_begins_with_the_right_leg_and_has_four_peaks(table):
-    with styled():
-        figure = FIGURES['5.5'].draw(runs_for('5.5', NOBODY))
-    third = figure.axes[1]
+def test_gait_3_begins_with_the_right_leg_and_has_four_peaks(drawn, table):
+    third = drawn('5.5')[0].axes[1]
     words = sorted((text.xy[0], text.get_text()) for text in third.texts)
     assert [word for _, word in words if 'swings' in word] == [
         'right leg swings',
@@ -269,19 +278,18 @@ def test_gait_3_of_the_flat_lies_beneath_that_of_each_slope(table, number):
 
 
 @pytest.mark.parametrize('number', ['3.13', '3.15'])
-def test_a_lost_seed_has_its_mark_at_the_top_where_it_is_no_value(number):
-    with styled():
-        (axis,) = FIGURES[number].draw(runs_for(number, BEYOND_7)).axes
+def test_a_lost_seed_has_its_mark_at_the_top_where_it_is_no_value(drawn, number):
+    (axis,) = drawn(number, BEYOND_7)[0].axes
     lost = [line for line in axis.lines if line.get_label() == '_lost before']
     assert lost and all(min(line.get_ydata()) > 0.9 for line in lost)
 
 
-def test_one_seed_is_no_median():
+def test_one_seed_is_no_median(drawn):
     for number in ('3.5', '5.8', '5.12', '5.13'):
-        runs = runs_for(number, NOBODY)
-        for chosen, says in ((runs, 'median of the seeds'), (first_seed(runs), 'one seed')):
-            with styled():
-                assert says in notes_of(FIGURES[number].draw(chosen))
+        assert 'median of the seeds' in notes_of(drawn(number)[0])
+        with styled():
+            alone = FIGURES[number].draw(first_seed(runs_for(number, NOBODY)))
+        assert 'one seed' in notes_of(alone)
 
 
 def first_seed(runs):
