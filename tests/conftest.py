@@ -1,5 +1,6 @@
 """Settings of all tests."""
 
+import gc
 import os
 import signal
 from collections import Counter
@@ -84,6 +85,7 @@ def pytest_collection_modifyitems(config, items):
     others = (path for path in files if path not in place)
     place |= {path: number + number // 2 + 1 for number, path in enumerate(others)}
     items.sort(key=lambda item: (place[item.path], str(item.path)))
+    gc.freeze()  # what is collected and imported stays: the collector need not look there again
 
 
 @pytest.fixture

@@ -4,8 +4,6 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from itertools import pairwise
 
@@ -20,6 +18,7 @@ from tests.support.in_process import khr_here
 from tests.support.runs import (
     LONG,
     Bag,
+    addresses,
     call,
     children,
     finish,
@@ -154,7 +153,7 @@ def test_a_signal_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     assert json.loads((run.folder / 'outcome.json').read_text())['end'] == 'stopped'
 
 
-def test_two_runs_do_not_meet(in_background, tmp_path):
+def test_two_runs_do_not_meet_and_listen_on_the_loopback_alone(in_background, tmp_path):
     runs = [
         in_background(
             'run', 'stand_0deg', '--one-process', *LONG, '--no-record', '--out', tmp_path / name
@@ -162,6 +161,7 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
         for name in 'ab'
     ]
     assert len({wait_until_running(tmp_path / name) for name in 'ab'}) == 2
+    assert set.union(*map(addresses, runs)) == {'127.0.0.1'}
     unclear = khr_here('get', 'gait')
     assert unclear.code == 2
     assert all(f', {tmp_path / name})' in unclear.err for name in 'ab'), unclear.err
@@ -174,15 +174,3 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
     for process in runs:
         process.communicate(timeout=40)
         assert process.returncode == 130
-
-
-def test_set_without_a_run_is_one_line(tmp_path):
-    result = subprocess.run(
-        [sys.executable, '-m', 'khr.cli.command', 'set', 'gait', 'stride', '0.05'],
-        env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode == 2
-    assert 'no run is going on' in result.stderr

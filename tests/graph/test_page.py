@@ -166,12 +166,12 @@ def test_a_drag_of_the_torso_pushes_it(page, viewed):
 
 
 def drag(page):
-    page.mouse.move(712, 385)
+    page.mouse.move(520, 205)
     page.mouse.down()
-    for far in range(8, 104, 8):
+    for far in range(16, 104, 16):
         for _ in range(3):  # the page takes a drag picture by picture
             page.evaluate('new Promise(requestAnimationFrame)')
-        page.mouse.move(712 + far, 385)
+        page.mouse.move(520 + far, 205)
     page.mouse.up()
 
 

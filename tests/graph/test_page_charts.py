@@ -32,7 +32,7 @@ def page(tmp_path_factory):
     try:
         with joined(folder) as node:
             wait_until(node, seconds=0.0)
-        with browser_page() as (page, _):
+        with browser_page(1400, 850) as (page, _):
             page.goto(f'http://127.0.0.1:{port}/')
             slider(page, 'Ankle gain K_A').wait_for()
             page.get_by_text(re.compile('^line n = ')).first.wait_for()

@@ -42,7 +42,7 @@ def viewed(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def page(viewed):
-    with browser_page(1000, 500) as (page, _):  # a small picture is drawn sooner
+    with browser_page() as (page, _):
         page.goto(f'http://127.0.0.1:{viewed.port}/')
         slider(page, 'Roll gain').wait_for()
         yield page

@@ -72,8 +72,13 @@ def comes(page, seconds):
         return True
 
 
-def test_every_control_of_a_recording_acts(fallen, played):
-    with browser_page(1000, 500) as (page, _):
+def test_every_control_of_a_recording_acts_and_a_cut_bag_is_shown_up_to_the_cut(
+    fallen, played, tmp_path
+):
+    cut = tmp_path / 'cut.mcap'
+    (whole,) = (fallen / 'bag').glob('*.mcap')
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    with browser_page() as (page, _):
         page.goto(played(fallen))
         page.locator('.khr-state').wait_for()
         page.get_by_text('Choose', exact=True).click()
@@ -123,10 +128,12 @@ def test_every_control_of_a_recording_acts(fallen, played):
         page.get_by_text('fell at').wait_for()
         page.get_by_role('checkbox', name='Dark').check()
         page.locator('html[data-mantine-color-scheme=dark]').wait_for()
+        page.goto(played(cut))
+        page.get_by_text('not a readable bag').wait_for()
 
 
 def test_two_runs_stand_side_by_side(walked, fallen, played):
-    with browser_page(1000, 500) as (page, _):
+    with browser_page() as (page, _):
         page.goto(played(walked, '--against', fallen))
         page.get_by_text('walked | fallen').wait_for()
         page.wait_for_function("document.querySelectorAll('.khr tr')[0].children.length == 3")
@@ -152,15 +159,6 @@ def test_two_runs_stand_side_by_side(walked, fallen, played):
         page.wait_for_function('document.documentElement.scrollWidth <= 390')
         page.get_by_role('button', name='Pause').wait_for()
         assert page.get_by_role('button', name='Pause').bounding_box()['width'] > 350
-
-
-def test_a_cut_bag_is_shown_up_to_the_cut(fallen, played, tmp_path):
-    cut = tmp_path / 'cut.mcap'
-    (whole,) = (fallen / 'bag').glob('*.mcap')
-    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
-    with browser_page() as (page, _):
-        page.goto(played(cut))
-        page.get_by_text('not a readable bag').wait_for()
 
 
 @pytest.mark.parametrize('content', [None, b'', b'no bag'])

@@ -4,9 +4,7 @@ import re
 import subprocess
 import sys
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 
 from tests import ROOT
 
@@ -61,6 +59,9 @@ def test_a_policy_is_trained(tmp_path):
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_the_notebook_runs_from_top_to_bottom(tmp_path):
+    import nbformat  # by night alone
+    from nbclient import NotebookClient
+
     book = nbformat.read(EXAMPLES / 'first_hour.ipynb', as_version=4)
     NotebookClient(book, timeout=200, resources={'metadata': {'path': str(tmp_path)}}).execute()
     texts = [

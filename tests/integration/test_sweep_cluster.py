@@ -12,8 +12,6 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from distributed import Client
-from distributed.security import Security
 
 from khr.cli.verbs.options import scheduler_of
 from khr_common import KhrError
@@ -90,12 +88,16 @@ def security_of(tls):
         f'tls_{what}': str(tls / f'{name}.pem')
         for what, name in (('ca_file', 'ca'), ('client_cert', 'cert'), ('client_key', 'key'))
     }
+    from distributed.security import Security
+
     return Security(**files, require_encryption=True)
 
 
 @pytest.mark.slow
 def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
     file, folder = specification(tmp_path, 24, 0.3), tmp_path / 'out'
+    from distributed import Client  # by night alone
+
     with Client(dask.address, timeout=PATIENCE, security=security_of(dask.tls)) as client:
         client.wait_for_workers(2, timeout=PATIENCE)
         names = {

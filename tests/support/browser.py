@@ -43,7 +43,7 @@ WORDS = """
 
 
 @contextmanager
-def browser_page(width=1400, height=850):
+def browser_page(width=1000, height=500):  # a small picture is drawn sooner
     """Yield a page, and the addresses of all that it asks the network for."""
     if CHROMIUM is None:
         pytest.skip('no Chromium on this machine: apt-get install chromium')

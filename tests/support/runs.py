@@ -130,6 +130,12 @@ def children(process):
     return running
 
 
+def addresses(process):
+    """Return the addresses that a run and its nodes are bound to."""
+    members = [psutil.Process(process.pid), *children(process).values()]
+    return {each.laddr.ip for one in members for each in one.net_connections('inet')}
+
+
 def interrupt(process, number=signal.SIGINT):
     process.send_signal(number)
     return finish(process, process.folder)

@@ -24,32 +24,31 @@ WAYS = [{}, {'flat': False}, {'servos': False}]  # in which the rcb4 client open
 
 @pytest.mark.parametrize('way', WAYS, ids=['flat', 'as it is', 'no servos'])
 def test_the_unmodified_rcb4_client_drives_it(way, tmp_path):
-    """It opens three times at one rate, and the servos go where it says."""
+    """The servos go where it says."""
     board = bench_board()
     with served(board, tmp_path) as (_, line):
-        for _ in range(3):
-            rcb4 = RCB4Interface()
-            assert rcb4.open(line, 1_250_000, **way)
-            if 'servos' in way:
-                assert board.record(18).trim == TRIMS[18]
-                rcb4.close()
-                continue
-            assert rcb4.search_servo_ids().tolist() == sorted(TRIMS)
-            trim = board.record(18).trim
-            assert trim == (TRIMS[18] if way else 0)
-            rcb4.hold()
-            rcb4.neutral(time=0.1)
-            assert rcb4.wait_interpolation(timeout=5.0)
-            assert np.allclose(rcb4.angle_vector(), 0.0, atol=0.04)
-            asked = np.linspace(-10.0, 10.0, len(TRIMS))
-            rcb4.angle_vector(asked, time=0.1)
-            assert rcb4.wait_interpolation(timeout=5.0)
-            assert np.allclose(rcb4.angle_vector(), asked, atol=0.04)  # it cuts off the count
-            assert rcb4.send_stretch(60)
-            assert board.robot.stretch == dict.fromkeys(TRIMS, 60)
-            rcb4.free()
-            assert all(board.record(ics).reference == FREE for ics in TRIMS)
+        rcb4 = RCB4Interface()
+        assert rcb4.open(line, 1_250_000, **way)
+        if 'servos' in way:
+            assert board.record(18).trim == TRIMS[18]
             rcb4.close()
+            return
+        assert rcb4.search_servo_ids().tolist() == sorted(TRIMS)
+        trim = board.record(18).trim
+        assert trim == (TRIMS[18] if way else 0)
+        rcb4.hold()
+        rcb4.neutral(time=0.1)
+        assert rcb4.wait_interpolation(timeout=5.0)
+        assert np.allclose(rcb4.angle_vector(), 0.0, atol=0.04)
+        asked = np.linspace(-10.0, 10.0, len(TRIMS))
+        rcb4.angle_vector(asked, time=0.1)
+        assert rcb4.wait_interpolation(timeout=5.0)
+        assert np.allclose(rcb4.angle_vector(), asked, atol=0.04)  # it cuts off the count
+        assert rcb4.send_stretch(60)
+        assert board.robot.stretch == dict.fromkeys(TRIMS, 60)
+        rcb4.free()
+        assert all(board.record(ics).reference == FREE for ics in TRIMS)
+        rcb4.close()
 
 
 def test_the_rcb4_client_reads_ad_writes_trims_and_mixings_and_clears_them(tmp_path):

@@ -95,7 +95,7 @@ class ClientAgainstMemory(RuleBasedStateMachine):
             assert not moving or record.steps_left == self.left[ics]
 
 
-ClientAgainstMemory.TestCase.settings = settings(max_examples=25, stateful_step_count=20)
+ClientAgainstMemory.TestCase.settings = settings(max_examples=10, stateful_step_count=20)
 TestClientAgainstMemory = ClientAgainstMemory.TestCase
 
 

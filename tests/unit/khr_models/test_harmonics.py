@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -23,7 +23,6 @@ P = Pendulum()
 forms = pytest.mark.parametrize('form', ['published', 'physical'])
 
 
-@settings(max_examples=50)
 @given(
     st.floats(0.01, 0.1),
     st.floats(-0.3, 0.3),

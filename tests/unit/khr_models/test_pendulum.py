@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
@@ -34,7 +34,6 @@ pendulums = st.builds(
 leans = st.floats(-0.5, 0.5)
 
 
-@settings(max_examples=50)
 @given(st.floats(0.1, 1e3), st.floats(0.0, 1.0), st.floats(1e-3, 1.0))
 def test_toe_and_heel_share_the_normal_force_and_balance_about_the_zmp(normal, share, half_foot):
     to_toe = share * 2.0 * half_foot
@@ -50,7 +49,6 @@ def test_all_weight_on_the_toe_is_delta_equal_to_the_weight():
     assert foot_forces(14.7, 0.0, 0.03) == (pytest.approx(14.7), 0.0)
 
 
-@settings(max_examples=50)
 @given(pendulums, leans, leans)
 def test_statics_agree_in_both_forms_and_dynamics_are_opposite(pendulum, lean, inclination):
     balance = static_force_difference(pendulum, lean, inclination)
@@ -85,7 +83,6 @@ def test_the_thesis_s_own_numbers():
     )
 
 
-@settings(max_examples=50)
 @given(pendulums, st.floats(-0.3, 0.3))
 def test_critical_inclinations_solve_what_they_claim(pendulum, lean):
     length, half_foot = pendulum.length, pendulum.half_foot
@@ -103,7 +100,6 @@ def test_critical_inclinations_solve_what_they_claim(pendulum, lean):
         assert along == pytest.approx(half_foot)
 
 
-@settings(max_examples=50)
 @given(pendulums)
 def test_without_lean_the_forms_are_asin_and_atan_of_the_ratio(pendulum):
     ratio = pendulum.half_foot / pendulum.length
@@ -132,7 +128,6 @@ def test_a_thousand_leans_at_once_equal_each_alone():
         assert np.all(np.diff(curve) < 0.0)
 
 
-@settings(max_examples=50)
 @given(pendulums, st.floats(0.01, 1.2), st.floats(-0.3, 0.3), st.floats(-2.0, 2.0))
 def test_energy_is_conserved_without_a_foot(pendulum, lean, inclination, rate):
     for form in ('published', 'physical'):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from khr_common.errors import KhrError
@@ -12,7 +12,6 @@ from khr_models.servo.servo_loop import ServoLoop, gain_of_board
 GAINS = (gain_of_board(12.0), gain_of_board(18.0))
 
 
-@settings(max_examples=50)
 @given(
     st.floats(5.0, 100.0),
     st.floats(0.2, 0.95),

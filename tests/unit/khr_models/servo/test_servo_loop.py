@@ -45,7 +45,6 @@ def test_the_board_s_gain_in_seconds():
     assert gain_of_board(18.0) == pytest.approx(1.5 * gain_of_board(12.0))
 
 
-@settings(max_examples=50)
 @given(loops, st.floats(0.05, 50.0))
 def test_closing_the_loop_block_by_block_gives_the_physical_form(loop, frequency):
     s = 2j * math.pi * frequency
@@ -63,7 +62,6 @@ def test_the_printed_damping_lacks_the_stiffness_and_agrees_where_it_is_one():
     assert replace(stiff, form='physical').feedback_damping == pytest.approx(2.0 - 7.5)
 
 
-@settings(max_examples=50)
 @given(loops)
 def test_without_gain_the_loop_is_the_servo(loop):
     servo = replace(loop, gain=0.0)
@@ -71,7 +69,6 @@ def test_without_gain_the_loop_is_the_servo(loop):
     assert np.allclose(servo.transfer_function().num, [servo.stiffness / servo.inertia])
 
 
-@settings(max_examples=50)
 @given(loops)
 def test_the_exact_frequency_and_decay_are_the_poles(loop):
     loop = replace(loop, form='physical')
@@ -134,7 +131,6 @@ def test_inverse_laplace_survives_a_tone_on_an_undamped_pole():
     assert np.allclose(response, math.pi * TIME * np.sin(2.0 * math.pi * TIME), atol=1e-5)
 
 
-@settings(max_examples=50)
 @given(loops)
 def test_tones_superpose_and_start_from_rest(loop):
     one, two = Tone(0.1, 1.73), Tone(0.04, 3.46, 0.7)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
@@ -68,7 +68,6 @@ def test_a_larger_step_is_a_larger_overshoot_of_the_rate():
     assert largest_rate(down) == pytest.approx(-rates[1], rel=1e-6)
 
 
-@settings(max_examples=50)
 @given(st.floats(0.0, 0.02), st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))
 def test_the_force_loop_meets_statics(gain, inclination, lean0):
     pendulum = Pendulum()
@@ -86,7 +85,6 @@ def test_without_gain_the_force_loop_does_nothing():
     )
 
 
-@settings(max_examples=50)
 @given(st.floats(1e-4, 0.01))
 def test_the_force_loop_carries_the_whole_weight_at_its_critical_inclination(gain):
     pendulum = Pendulum()

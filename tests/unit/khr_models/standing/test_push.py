@@ -26,7 +26,6 @@ P = Pendulum()
 FORMS = ('published', 'physical')
 
 
-@settings(max_examples=50)
 @given(st.floats(0.05, 2.0), st.floats(0.01, 0.9), st.floats(-1.5, 1.5))
 def test_the_tipping_length_is_the_distance_from_toe_to_mass(length, share, ankle):
     robot = Pendulum(1.0, length, share * length)
