@@ -47,6 +47,16 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.fixture(scope='module')
+def kept():
+    return frames(short())
+
+
+@pytest.fixture(scope='module')
+def walked():
+    return frames(short(1.5))
+
+
 def near(picture, spot, color, reach=6):
     """Return how many pixels around a spot have about the hue of a colour."""
     x, y = (round(value) for value in spot)
@@ -55,10 +65,9 @@ def near(picture, spot, color, reach=6):
 
 
 @pytest.mark.parametrize('yaw', [2.2, 0.7, -2.2])
-def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
-    kept = frames(load_scenario('walk_3deg').changed({('simulator', 'duration'): 1.5}))
+def test_the_feet_are_where_the_run_has_them_and_told_apart(walked, yaw):
     scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
-    for frame in kept[::25]:
+    for frame in walked[::25]:
         camera = look.camera(frame.truth)
         picture = np.asarray(scene.picture([frame.truth], camera)[0])
         left, right = camera.pixels(frame.truth.sole_position)
@@ -106,12 +115,11 @@ def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles(degrees):
     assert 0.003 < (lit != bare).any(axis=-1).mean() < 0.2 and (lit <= bare).all()
 
 
-def test_the_overlay_says_what_acts_and_what_becomes_of_it():
+def test_the_overlay_says_what_acts_and_what_becomes_of_it(kept):
     scenario = load_scenario('walk_9.7deg_ka12_kh13')
     assert control_of(scenario) == 'K_A 12 (gyro), K_H 13'
     off = {('ankle_controller', 'enabled'): False, ('hip_controller', 'enabled'): False}
     assert control_of(scenario.changed(off)) == 'without control'
-    kept = frames(short())
     overlay, camera = Overlay(short(), kept, 240), Look(320, 240).camera(kept[-1].truth)
     pictures = []
     for each in kept[::19][:2]:
@@ -124,8 +132,7 @@ def test_the_overlay_says_what_acts_and_what_becomes_of_it():
     assert (stood != later).any()
 
 
-def test_the_overlay_shows_the_balance_from_above_and_over_time():
-    kept = frames(short())
+def test_the_overlay_shows_the_balance_from_above_and_over_time(kept):
     overlay, camera = Overlay(short(), kept, 720), Look().camera(kept[-1].truth)
     blank = Image.new('RGB', (960, 720), 'white')
     overlay.draw(blank, kept[-1], camera)
@@ -150,18 +157,18 @@ def test_the_centre_of_mass_is_drawn_over_the_robot():
     assert near(np.asarray(robot), center, np.divide(MASS, 255.0)) > 80
 
 
-def test_corrections_are_drawn_with_their_constant_part():
+def test_corrections_are_drawn_with_their_constant_part(kept):
     lean = ('ankle_controller.enabled=true', 'ankle_controller.lean_deg=3.0')
     scenario = short().set_to(lean)
-    kept = frames(scenario)
-    panel = Overlay(scenario, kept, 720)._corrections
+    leaning = frames(scenario)
+    panel = Overlay(scenario, leaning, 720)._corrections
     (_, constant), (color, ankle) = panel.lines
     assert color == LEFT and panel.full >= 5.0
     assert constant[-1] == pytest.approx(0.9), 'within start_ramp, 1 s'
     assert np.ptp(ankle - constant) > 0.1, 'the share of the loop'
-    assert Overlay(short(), frames(short()), 720)._corrections is None
+    assert Overlay(short(), kept, 720)._corrections is None
     blank = Image.new('RGB', (960, 720), 'white')
-    Overlay(scenario, kept, 720).draw(blank, kept[-1], Look().camera(kept[-1].truth))
+    Overlay(scenario, leaning, 720).draw(blank, leaning[-1], Look().camera(leaning[-1].truth))
     part = np.asarray(blank).astype(int)[95:220, 645:]
     assert (np.abs(part - LEFT).max(axis=-1) < 30).sum() > 20
 
@@ -187,37 +194,20 @@ def test_lines_over_time_end_now_and_swings_are_shaded():
     )
 
 
-def test_two_runs_are_side_by_side_and_the_shorter_waits(folder, tmp_path):
+def test_two_runs_are_side_by_side_the_shorter_waits_and_one_is_a_film_too(folder, tmp_path):
     longer = tmp_path / 'longer'
     longer.mkdir()
     (longer / 'scenario.yaml').write_text(short(0.6).to_yaml())
-    films = {}
-    for name, one, other in (('both', folder, longer), ('alone', folder, None)):
-        films[name] = render_run(
-            str(one), tmp_path / name, size=SMALL, against=str(other) if other else None
-        )[1]
-    with Image.open(films['both']) as both, Image.open(films['alone']) as alone:
-        assert both.size == (2 * SMALL[0], SMALL[1])
-        assert (both.n_frames, alone.n_frames) == (12, 6)
+    _, together = render_run(str(folder), tmp_path / 'both', size=SMALL, against=str(longer))
+    movie, animation = render_run(str(folder), size=SMALL)
+    assert movie.parent == animation.parent == folder and movie.stat().st_size > 1000
+    with Image.open(together) as both, Image.open(animation) as alone:
+        assert (both.size, alone.size) == ((2 * SMALL[0], SMALL[1]), SMALL[:2])
+        assert (both.n_frames, alone.n_frames) == (12, 6)  # 0.3 s at 20 per s
         both.seek(11)
         left = np.asarray(both.convert('RGB'))[:, : SMALL[0]]
         both.seek(8)
         np.testing.assert_array_equal(left, np.asarray(both.convert('RGB'))[:, : SMALL[0]])
-
-
-def test_robot_on_film_stands_on_its_feet():
-    truth = frames(short(0.03))[-1].truth
-    normal = matrix((0.0, np.sin(truth.inclination / 2), 0.0, np.cos(truth.inclination / 2)))[:, 2]
-    assert np.abs(truth.sole_position @ normal).max() < 0.001
-
-
-def test_film_has_its_pictures_in_both_files(folder):
-    movie, animation = render_run(str(folder), size=SMALL)
-    assert movie.parent == animation.parent == folder
-    assert movie.stat().st_size > 1000
-    with Image.open(animation) as gif:
-        assert gif.size == SMALL[:2]
-        assert gif.n_frames == 6  # 0.3 s at 20 per s
 
 
 def test_a_film_holds_few_pictures_in_memory(tmp_path):
