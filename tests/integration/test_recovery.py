@@ -107,7 +107,9 @@ def test_a_step_out_of_a_walk_holds_a_push_that_topples_it(direction, phase, imp
     ('name', 'duration'), [('walk_8.88deg_ka12', 3.0), ('lift_7.6deg_ka12', 4.0)]
 )
 def test_a_run_without_a_fall_is_the_same_bit_for_bit_with_the_node(name, duration):
-    scenario = load_scenario(name).changed({('simulator', 'duration'): duration})
+    scenario = load_scenario(name).set_to(
+        [f'simulator.duration={duration}', 'simulator.engine=mujoco']
+    )
     enabled = scenario.changed(dict([ENABLED]))
     assert 'recovery' in enabled.nodes
     assert run_offline(enabled).trajectory_hash == run_offline(scenario).trajectory_hash

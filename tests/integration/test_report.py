@@ -32,14 +32,14 @@ from tests.support.runs import khr
 REST = '"scenario": "", "end": "", "trajectory_hash": ""'
 SCENARIO = 'walk_6.99deg_ka12'
 SECONDS = 4.2  # a gait cycle and more
-VERSION = code_version(engine='bullet')
+VERSION = code_version(engine='mujoco')
 
 
 @pytest.fixture(scope='module')
 def recorded(tmp_path_factory):
     """A short walk over topics, recorded."""
     folder = tmp_path_factory.mktemp('report') / 'walked'
-    changed = ('--duration', SECONDS, '--set', 'ankle_controller.gain=15')
+    changed = ('--engine', 'mujoco', '--duration', SECONDS, '--set', 'ankle_controller.gain=15')
     done = khr('run', SCENARIO, *changed, '--draw', '--out', folder)
     assert done.code == 0, done.err
     return folder
@@ -50,7 +50,16 @@ def offline(tmp_path_factory):
     """The same scenario with another gain, without a bag."""
     folder = tmp_path_factory.mktemp('report') / 'offline'
     done = khr_here(
-        'run', SCENARIO, '--duration', SECONDS, '--offline', '--no-draw', '--out', folder
+        'run',
+        SCENARIO,
+        '--engine',
+        'mujoco',
+        '--duration',
+        SECONDS,
+        '--offline',
+        '--no-draw',
+        '--out',
+        folder,
     )
     assert done.code == 0, done.err
     return folder
@@ -115,7 +124,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     assert 'recorder.' not in differs and 'motion_end' not in differs, 'they follow from others'
     assert 'none recorded' in page.text
     assert f'khr code {VERSION} {VERSION}' in page.text
-    for name, number in {'Python': python_version(), **library_versions('bullet')}.items():
+    for name, number in {'Python': python_version(), **library_versions('mujoco')}.items():
         assert f'{name} {number} {number}' in page.text
     assert 'not recorded' not in page.text and '"khr report" wrote this page' in page.text
     assert {'scenario.yaml', 'outcome.json', 'overview.png'} <= set(page.links)

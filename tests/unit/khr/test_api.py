@@ -24,13 +24,19 @@ SHORT = {'simulator.duration': 1.5}
 
 @pytest.fixture(scope='module')
 def walk():
-    return khr.run('walk_7.68deg_ka12', set={'ankle_controller.gain': 15}, duration=5)
+    return khr.run(
+        'walk_7.68deg_ka12', set={'ankle_controller.gain': 15}, duration=5, engine='mujoco'
+    )
 
 
 @pytest.mark.slow
 def test_a_run_is_that_of_the_twin(walk):
     scenario = scenarios.load_scenario('walk_7.68deg_ka12').changed(
-        {('ankle_controller', 'gain'): 15.0, ('simulator', 'duration'): 5.0}
+        {
+            ('ankle_controller', 'gain'): 15.0,
+            ('simulator', 'duration'): 5.0,
+            ('simulator', 'engine'): 'mujoco',
+        }
     )
     assert walk.trajectory_hash == run_offline(scenario).trajectory_hash
     assert walk.outcome.time == pytest.approx(5.01) and 'walk_7.68deg_ka12' in repr(walk)

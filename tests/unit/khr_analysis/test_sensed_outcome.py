@@ -29,6 +29,7 @@ def test_a_fall_is_sensed_and_a_walk_is_none(enabled, verdicts):
             ('ankle_controller', 'enabled'): enabled,
             ('simulator', 'stop_when_tilted_deg'): 180.0,
             ('simulator', 'duration'): 8.0,
+            ('simulator', 'engine'): 'mujoco',
         }
     )
     result, outcome = sensed(scenario)

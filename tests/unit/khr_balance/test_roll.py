@@ -42,7 +42,12 @@ def test_a_robot_pushed_sideways_rolls_less():
     def roll_rate(*changes):
         rates = []
         scenario = load_scenario('stand_0deg').changed(
-            {('simulator', 'duration'): 2.5, ('simulator', 'pushes'): [PUSH]} | dict(changes)
+            {
+                ('simulator', 'engine'): 'mujoco',
+                ('simulator', 'duration'): 2.5,
+                ('simulator', 'pushes'): [PUSH],
+            }
+            | dict(changes)
         )
         run_offline(scenario, lambda truth, *_: rates.append(truth.mean_angular_velocity[0]))
         return float(np.sqrt(np.mean(np.square(rates))))

@@ -18,7 +18,9 @@ WEIGHT = 1.5 * 9.81  # N
 
 @pytest.fixture(scope='module')
 def standing():
-    scenario = load_scenario('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
+    scenario = load_scenario('lift_3.8deg').set_to(
+        ['simulator.duration=3.0', 'simulator.engine=mujoco']
+    )
     return scenario, *run_with_series(scenario)
 
 

@@ -9,6 +9,7 @@ from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.errors import KhrError
 from tests import ROOT
 
+MUJOCO = 'simulator.engine=mujoco'
 SCENARIO = 'gait:\n  ros__parameters: {motion: file, motion_file: knee.csv}\n'
 
 
@@ -32,7 +33,7 @@ def test_the_own_motion_from_a_file_has_the_same_angles_bit_for_bit(name, ending
 
 @pytest.mark.slow
 def test_the_walk_from_a_file_has_the_trajectory_of_the_walk(tmp_path):
-    scenario = load_scenario('walk_0deg').set_to(['gait.cycles=1'])
+    scenario = load_scenario('walk_0deg').set_to(['gait.cycles=1', MUJOCO])
     copy = played(scenario, tmp_path / 'walk.csv')
     assert run_offline(copy).trajectory_hash == run_offline(scenario).trajectory_hash
 
@@ -40,7 +41,7 @@ def test_the_walk_from_a_file_has_the_trajectory_of_the_walk(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['squat', 'march'])
 def test_the_robot_stays_up_in_the_motions_of_the_examples(name):
-    scenario = load_scenario(str(ROOT / f'examples/{name}.yaml')).set_to(['gait.cycles=2'])
+    scenario = load_scenario(str(ROOT / f'examples/{name}.yaml')).set_to(['gait.cycles=2', MUJOCO])
     assert run_offline(scenario).outcome.stayed_up
 
 
