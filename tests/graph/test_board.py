@@ -125,14 +125,6 @@ def test_forces_and_gyro_judge_it_and_there_is_no_trajectory(driven):
     assert 'upright' in page and 'none: nothing was simulated' in page
 
 
-def test_a_dry_run_gives_no_torque_and_without_force_sensors_there_is_no_verdict(tmp_path):
-    with ServedRobot(tmp_path) as served:
-        process = served.drive('--no-record', '--duration', 0.3, '--set', 'board.dry_run=true')
-        start(served)
-        assert 'no verdict' in finish(process, served.folder).out
-        assert served.free == served.map.numbers and not served.robot.on_ground
-
-
 def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     with ServedRobot(tmp_path, map_='khr3hv_forces') as served:
         process = served.drive(

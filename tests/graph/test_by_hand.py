@@ -71,31 +71,20 @@ def graph(tmp_path, monkeypatch):
 
 
 class Observer:
-    """A node that follows the state of the run, and may interfere."""
+    """A node that follows the state of the run."""
 
     def __init__(self, context):
         import rclpy
         from diagnostic_msgs.msg import DiagnosticStatus
         from rclpy.experimental.events_executor import EventsExecutor
-        from sensor_msgs.msg import JointState
 
-        from khr_common.nodes.node import DATA, LATCHED
+        from khr_common.nodes.node import LATCHED
 
-        self.state, self.values, self.interfered = '', {}, 0
+        self.state, self.values = '', {}
         self.node = rclpy.create_node('observer', context=context)
         self.node.create_subscription(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
-        self._publisher = self.node.create_publisher(
-            JointState, 'ankle_controller/correction', DATA
-        )
-        self._kind, self._depth = JointState, DATA
         self._executor = EventsExecutor(context=context)
         self._executor.add_node(self.node)
-
-    def interfere(self):
-        """Repeat every correction, and publish wrong ones for instants that are not due."""
-        self.node.create_subscription(
-            self._kind, 'ankle_controller/correction', self._on_correction, self._depth
-        )
 
     def until(self, condition, what):
         end = time.monotonic() + PATIENCE
@@ -110,18 +99,6 @@ class Observer:
         self.state = status.message
         self.values = {pair.key: pair.value for pair in status.values}
 
-    def _on_correction(self, message):
-        if 0.5 in message.position or message.header.frame_id == 'again':
-            return
-        self.interfered += 1
-        message.header.frame_id = 'again'
-        self._publisher.publish(message)
-        stamp = message.header.stamp
-        for seconds, nanoseconds in ((stamp.sec + 1, stamp.nanosec), (stamp.sec, 7), (0, 1)):
-            stamp.sec, stamp.nanosec = seconds, nanoseconds
-            message.position = [0.5, 0.5]
-            self._publisher.publish(message)
-
 
 def test_late_and_in_odd_order_the_nodes_lock_in(graph, offline_hash):
     observer, start = graph
@@ -133,15 +110,4 @@ def test_late_and_in_odd_order_the_nodes_lock_in(graph, offline_hash):
     start(LAST)
     observer.until(lambda: observer.state == 'finished', 'the end')
     assert observer.values['end'] == 'duration'
-    assert observer.values['trajectory_hash'] == offline_hash
-
-
-def test_an_answer_repeated_or_for_another_time_changes_nothing(graph, offline_hash):
-    observer, start = graph
-    start(FIRST + LATER)
-    observer.interfere()
-    observer.until(lambda: observer.sees(FIRST + LATER), 'the first nodes')
-    start(LAST)
-    observer.until(lambda: observer.state == 'finished', 'the end')
-    assert observer.interfered > 20
     assert observer.values['trajectory_hash'] == offline_hash

@@ -1,10 +1,7 @@
 """One scenario, three ways to run it, one trajectory."""
 
-import os
-
 import pytest
 
-from tests.support.load import busy
 from tests.support.runs import khr
 
 pytestmark = pytest.mark.slow
@@ -46,23 +43,3 @@ def test_without_delay_graph_and_offline_agree_too(tmp_path):
         for way in ('--offline', '--one-process')
     }
     assert len(hashes) == 1
-
-
-def test_a_loaded_machine_changes_nothing(tmp_path):
-    def pushed(way):
-        return khr(
-            'run',
-            'push_behind',
-            way,
-            '--no-record',
-            '--duration',
-            '1',
-            '--set',
-            'simulator.pushes=["t=0.2 duration=0.2 link=base_link frame=odom force=4,0,0"]',
-            '--out',
-            tmp_path / way.strip('-'),
-        ).hash
-
-    quiet = pushed('--offline')
-    with busy(2 * os.cpu_count()):
-        assert pushed('--processes') == pushed('--one-process') == quiet

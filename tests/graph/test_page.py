@@ -4,7 +4,6 @@ import io
 import json
 import re
 import signal
-from contextlib import ExitStack
 from math import hypot
 
 import numpy as np
@@ -19,11 +18,10 @@ from websockets.sync.client import connect
 
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import PUSHED
-from tests.support.browser import browser_page, chart, free_port, row, slider, viewer
+from tests.support.browser import browser_page, chart, free_port, row, slider
 from tests.support.in_process import khr_here
 from tests.support.runs import (
     Bag,
-    finish,
     interrupt,
     joined,
     khr,
@@ -265,19 +263,3 @@ def test_all_that_was_done_is_in_the_bags(page, viewed):
     assert after > 10 * before
     (_, dragged), *_ = Bag(second(viewed) / 'bag')['/simulator/push']
     assert hypot(dragged.wrench.force.x, dragged.wrench.force.y) > 1.0
-
-
-def test_viewers_change_nothing_of_a_run(in_background, tmp_path):
-    """One of three stops reading."""
-    folder, scenario = tmp_path / 'run', ('walk_6.99deg_ka12', '--duration', 5)
-    process = in_background('run', *scenario, '--view', '--out', folder)
-    alone = khr('run', *scenario, '--offline', '--out', tmp_path / 'alone')
-    line = wait_for(
-        lambda: re.search(r'page: http://127.0.0.1:(\d+)/', process.stderr.readline()), 'address'
-    )
-    port = int(line[1])
-    with ExitStack() as stack:
-        looking = [stack.enter_context(viewer(port, reads=number < 2)) for number in range(3)]
-        wait_for(lambda: sum(looking[0]) > 10_000, 'pictures')
-        ended = finish(process, folder)
-    assert ended.hash == alone.hash

@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -203,20 +202,6 @@ def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
         )
 
 
-def test_run_that_waits_for_a_recorder_in_vain_ends_with_its_name(stopped_recorder):
-    process, folder, nodes = stopped_recorder(5.0)
-    wait_for(lambda: has_ended(nodes['simulator']), 'the end of the simulator')
-    nodes['recorder'].send_signal(signal.SIGCONT)
-    result = finish(process, folder)
-    assert result.code == 1
-    assert re.search(
-        r'not received whole by recorder after t = \d+\.\d{3} s within 5 s '
-        'of wall time',
-        result.err,
-    )
-    assert len(Bag(folder / 'bag')['/clock']) > 10, 'what was received must be kept'
-
-
 def test_a_killed_recorder_leaves_a_bag_that_can_be_recovered(in_background, tmp_path):
     folder = tmp_path / 'run'
     process = in_background('run', 'stand_0deg', '--processes', *LONG, '--out', folder)
@@ -286,11 +271,3 @@ def chattering(folder, monkeypatch):
 def is_idle(process):
     """Return whether a process computes next to nothing for half a second."""
     return process.cpu_percent(0.5) < 10.0
-
-
-def has_ended(process):
-    """Return whether a process has ended, whether or not its parent has collected it."""
-    try:
-        return process.status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return True

@@ -7,54 +7,9 @@ import signal
 import pytest
 
 from tests.support.in_process import khr_here
-from tests.support.runs import (
-    Bag,
-    call,
-    children,
-    finish,
-    joined,
-    khr,
-    stamp_ns,
-    wait_for,
-    wait_until,
-    wait_until_running,
-)
+from tests.support.runs import Bag, children, finish, khr, wait_until_running
 
 pytestmark = pytest.mark.slow
-
-
-def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background, tmp_path):
-    from geometry_msgs.msg import WrenchStamped
-    from std_srvs.srv import SetBool
-
-    folder = tmp_path / 'run'
-    process = in_background(
-        'run', 'stand_0deg', '--one-process', '--out', folder, '--duration', '600', measured=True
-    )
-    with joined(folder) as node:
-        wait_until(node, seconds=1.0)
-        paused = call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
-        assert paused.message == 'paused'
-        publisher = node.create_publisher(WrenchStamped, 'push', 10)
-        wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
-        push = WrenchStamped()
-        push.header.frame_id = 'odom'
-        push.wrench.force.x = -30.0
-        publisher.publish(push)
-        resumed = call(node, SetBool, 'simulator/pause', SetBool.Request(data=False))
-        assert resumed.message == 'running'
-    ended = finish(process, folder)
-    assert ended.code == 0, ended.err
-    bag = Bag(folder / 'bag')
-    _, outcome = bag['/outcome'][-1]
-    assert outcome.message == 'fell', 'a push of 30 N for 0.1 s topples the robot'
-    ((pushed_at, message),) = bag['/simulator/push']
-    assert message.wrench.force.x == -30.0
-    assert stamp_ns(message) == pushed_at
-    rates = [(time_ns, m.angular_velocity.y) for time_ns, m in bag['/ground_truth/imu']]
-    before = max(abs(rate) for time_ns, rate in rates if 0.5e9 < time_ns <= pushed_at)
-    after = [rate for time_ns, rate in rates if pushed_at < time_ns < pushed_at + 0.3e9]
-    assert min(after) < -10 * before, 'a push from the front makes it lean backward'
 
 
 def test_a_run_whose_pace_is_taken_off_goes_on_to_its_end(in_background, tmp_path):

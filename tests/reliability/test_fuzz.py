@@ -2,12 +2,10 @@
 
 import subprocess
 import sys
-from itertools import product
 
 import pytest
 
 from tests import ROOT
-from tests.reliability.mutated.runs import LAYOUTS
 
 
 def fuzz(count, program='files'):
@@ -35,15 +33,3 @@ def test_a_few_damaged_runs_are_refused_in_one_line():
 @pytest.mark.timeout(600)
 def test_five_thousand_mutants_are_refused_in_one_line():
     fuzz(5000)
-
-
-@pytest.mark.parametrize(
-    ('first', 'second'), [*product(LAYOUTS, LAYOUTS)], ids=lambda each: each[0]
-)
-def test_one_harm_to_a_folder_can_follow_another(tmp_path, first, second):
-    bag = tmp_path / 'bag'
-    bag.mkdir()
-    for name in ('bag.mcap', 'metadata.yaml'):
-        (bag / name).write_text(name)
-    for _, lay in (first, second):
-        lay(bag)

@@ -56,16 +56,3 @@ def test_a_killed_khr_leaves_no_process_and_no_domain_for_the_next(
     next_one.send_signal(signal.SIGINT)
     assert finish(next_one, tmp_path / 'next').code == 130
     assert json.loads((tmp_path / 'next' / 'outcome.json').read_text())['end'] == 'stopped'
-
-
-@pytest.mark.slow
-def test_a_recorder_killed_while_it_finishes_is_an_error(in_background, tmp_path):
-    process = in_background(*STAND, '--processes', '--out', tmp_path / 'run')
-    wait_until_running(tmp_path / 'run')
-    recorder = children(process)['recorder']
-    process.send_signal(signal.SIGINT)
-    recorder.kill()
-    ended = finish(process, tmp_path / 'run')
-    assert ended.code == 1
-    assert 'recorder was killed by SIGKILL' in ended.err
-    assert len(ended.hash) == 64

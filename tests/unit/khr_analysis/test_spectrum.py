@@ -80,26 +80,6 @@ def test_phase_between_bins_has_no_bias(window):
     assert np.angle(np.exp(1j * (measured - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
 
 
-def test_without_interpolation_a_sine_between_bins_would_read_low():
-    """Scalloping, in closed form: what the peaks mend and the bins show."""
-    half = tone(30.5 * LINE)
-    assert spectrum(half, WINDOWS['rectangular']).amplitude.max() == pytest.approx(
-        2 / pi, abs=0.02
-    )
-    assert spectrum(half, WINDOWS['hann']).amplitude.max() == pytest.approx(
-        8 / (3 * pi), abs=0.002
-    )
-
-
-@BOTH
-@given(SIGNALS, SIGNALS, st.floats(-3.0, 3.0))
-def test_is_linear(window, one, other, factor):
-    own = replace(WINDOWS[window], phase_threshold=0.0)
-    together = spectrum(one + factor * other, own)
-    apart = values(spectrum(one, own)) + factor * values(spectrum(other, own))
-    assert values(together) == pytest.approx(apart, abs=1e-9)
-
-
 @pytest.mark.parametrize('size', [153, 154])
 @given(data=st.data())
 def test_parseval(size, data):

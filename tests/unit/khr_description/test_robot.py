@@ -1,4 +1,4 @@
-"""The description agrees with the measured KHR-3HV; a wrong edit is found by name."""
+"""The description agrees with the measured KHR-3HV."""
 
 from math import radians
 
@@ -83,46 +83,6 @@ def test_rviz_shows_the_description_in_a_frame_of_it():
 
 def test_nothing_is_wrong_with_it():
     assert faults(ROBOT) == []
-
-
-def edited(inside, old, new):
-    at = ROBOT.urdf.index(inside)
-    assert old in ROBOT.urdf[at:]
-    return Robot(ROBOT.urdf[:at] + ROBOT.urdf[at:].replace(old, new, 1))
-
-
-@pytest.mark.parametrize(
-    ('inside', 'old', 'new', 'fault'),
-    [
-        ('<link name="l_thigh">', 'mass value="0.1031"', 'mass value="0.2031"', 'mass'),
-        (
-            '<link name="l_thigh">',
-            'mass value="0.1031"',
-            'mass value="0.2031"',
-            'symmetry: l_thigh',
-        ),
-        ('<link name="r_shank">', 'ixx="3.7e-05"', 'ixx="9.7e-05"', 'inertia: r_shank'),
-        ('<link name="r_shank">', 'ixx="3.7e-05"', 'ixx="3.6e-05"', 'symmetry: r_shank'),
-        ('<link name="head">', 'izz="3.4e-06"', 'izz="-3.4e-06"', 'inertia: head'),
-        (
-            '<joint name="r_hip_roll"',
-            'xyz="0 -0.017 0"',
-            'xyz="0 0.017 0"',
-            'symmetry: r_hip_roll',
-        ),
-        ('<joint name="l_knee"', 'upper="2.617994"', 'upper="1.617994"', 'limits: l_knee'),
-        ('<joint name="r_knee"', 'lower="0.000000"', 'lower="0.100000"', 'limits: r_knee'),
-        ('<joint name="l_ankle_roll"', 'effort="1.373"', 'effort="2.5"', 'servo: l_ankle_roll'),
-        (
-            '<joint name="l_elbow_pitch"',
-            'axis xyz="0 1 0"',
-            'axis xyz="0 -1 0"',
-            'axis: l_elbow_pitch',
-        ),
-    ],
-)
-def test_a_wrong_edit_is_found_by_name(inside, old, new, fault):
-    assert any(found.startswith(fault) for found in faults(edited(inside, old, new)))
 
 
 @pytest.mark.parametrize(

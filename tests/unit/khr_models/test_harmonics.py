@@ -10,12 +10,7 @@ from scipy.integrate import solve_ivp
 
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY
-from khr_models.harmonics import (
-    growth,
-    integrated_harmonics,
-    published_harmonics,
-    series_harmonics,
-)
+from khr_models.harmonics import growth, integrated_harmonics, series_harmonics
 from khr_models.pendulum import GRAVITY, Pendulum
 
 DEG = math.pi / 180.0
@@ -66,12 +61,6 @@ def test_growth_with_the_inclination_follows_its_sine_and_cosine():
     assert np.allclose(curve.integrated[0], second, rtol=0.01)
     assert np.allclose(curve.published[0], GRAVITY / P.length * np.sin(phi) / 2.0 * 0.05)
     assert np.allclose(curve.published[1], GRAVITY / P.length * np.cos(phi) / 6.0 * 0.05)
-
-
-def test_the_published_coefficients():  # (5.19), (5.20)
-    second, third = published_harmonics(P, 0.1, 30.0 * DEG)
-    assert second == pytest.approx(GRAVITY / P.length * 0.5 / 2.0 * 0.1)
-    assert third == pytest.approx(GRAVITY / P.length * math.sqrt(0.75) / 6.0 * 0.1)
 
 
 def test_the_periodic_motion_is_where_a_damped_pendulum_ends():

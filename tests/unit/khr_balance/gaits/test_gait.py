@@ -10,7 +10,7 @@ from khr_balance.errors import GaitError
 from khr_balance.gaits.body import HEEL_X, TOE_X, forward
 from khr_balance.gaits.gait import Gait, gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_common import ParameterError, build, specifications
+from khr_common import ParameterError, build
 from khr_common.errors import KhrError
 from tests.fakes.postures import mirrored
 
@@ -210,13 +210,6 @@ def test_refuses_a_cycle_that_is_not_there(walk):
 def test_refuses_a_phase_list_of_another_length():
     with pytest.raises(ParameterError, match='phases'):
         gait(phases=[1.0, 1.0])
-
-
-def test_every_default_is_in_its_own_range():
-    for field in dataclasses.fields(GaitParameters):
-        specifications(GaitParameters)[field.name].check(
-            list(field.default) if isinstance(field.default, tuple) else field.default
-        )
 
 
 def test_a_motion_is_planned_once_for_each_table():

@@ -115,12 +115,6 @@ def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path
     assert children.stop() is None
 
 
-def test_who_ends_well_is_not_named(tmp_path):
-    children = started(tmp_path, 'tests.fakes.waiting', '0')
-    wait_for_line(tmp_path)
-    assert children.stop() is None
-
-
 def test_a_module_that_does_not_load_is_one_line(tmp_path):
     children = started(tmp_path, 'tests.fakes.no_such_module')
     children._children['recorder'].wait()

@@ -91,14 +91,6 @@ def test_a_constant_rate_is_reported_as_it_is(circuit, period):
     assert reported == pytest.approx(0.7, rel=1e-9)
 
 
-@given(st.lists(st.tuples(rates, rates), max_size=20), rates, rates)
-def test_it_is_linear(pairs, a, b):
-    one, other, both = Baseband(PERIOD), Baseband(PERIOD), Baseband(PERIOD)
-    for x, y in pairs:
-        expected = a * one.update(x) + b * other.update(y)
-        assert both.update(a * x + b * y) == pytest.approx(expected, abs=1e-9)
-
-
 def test_its_frequency_response_is_the_circuit_s_when_sampled_fast():
     period, frequency = 1e-5, 50.0
     baseband = Baseband(period)

@@ -31,10 +31,6 @@ def test_never_negative_nor_above_the_range(force, seed):
         assert all(0.0 <= reading <= 10.0 for reading in sensors.update(force))
 
 
-def test_order_is_kept():
-    assert FootForce(CLEAN).update(of([1.0, 2.0, 3.0, 4.0])) == (1.0, 2.0, 3.0, 4.0)
-
-
 @given(st.floats(0.0, 20.0), st.floats(0.01, 1.0))
 def test_resolution_rounds_to_the_nearest_step(normal, step):
     reading = FootForce(replace(CLEAN, resolution=step)).update(of([normal] * 4))[0]

@@ -123,12 +123,6 @@ def test_switching_noise_on_late_meets_the_same_sequence():
     assert np.array_equal(pitch(always, np.zeros(5)), pitch(late, np.zeros(5)))
 
 
-@pytest.mark.parametrize('model', ['ideal', 'packaged', 'circuit'])
-def test_the_same_rates_are_read_alike_bit_for_bit(model):
-    parameters, rates = GyroParameters(model=model, noise=0.1), np.sin(np.arange(50))
-    assert np.array_equal(pitch(Gyro(parameters), rates), pitch(Gyro(parameters), rates))
-
-
 def test_a_new_bandwidth_keeps_the_state():
     gyro = Gyro(CLEAN)
     before = pitch(gyro, np.ones(20))[-1]

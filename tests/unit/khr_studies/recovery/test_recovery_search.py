@@ -118,3 +118,4 @@ def test_options_that_do_not_go_together_are_refused(options, message, tmp_path)
     done = CliRunner().invoke(app(), ['push', *options, '--out', str(tmp_path)])
     assert isinstance(done.exception, KhrError)
     assert str(done.exception).startswith(message)
+    assert not [*tmp_path.iterdir()]

@@ -4,10 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from khr.cli.app import app
-from khr_common.errors import KhrError
 from khr_studies.measuring.run_table import read_table
 from khr_studies.recovery.page import page, pushes_held
 from khr_studies.recovery.pushes import CASES, push_once
@@ -56,13 +53,6 @@ def test_the_page_is_that_of_its_runs():
     assert shipped == (DOCS / 'recovery.md').read_text()
     assert ('Missed:' in shipped) == ('**miss**' in shipped)
     assert {row['engine'] for row in pushes_held(table)} == {'bullet', 'mujoco'}
-
-
-def test_options_of_the_other_pushes_are_refused_with_recovery(tmp_path):
-    done = CliRunner().invoke(app(), ['push', '--recovery', '--ka', '18', '--out', str(tmp_path)])
-    assert isinstance(done.exception, KhrError)
-    assert str(done.exception).startswith('--recovery: has pushes of its own; accepted: without')
-    assert not [*tmp_path.iterdir()]
 
 
 def test_the_page_names_each_missed_goal():

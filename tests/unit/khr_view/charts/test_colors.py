@@ -39,8 +39,3 @@ def lab(color, matrix):
 def test_every_two_colors_are_distinct(sight):
     for one, other in combinations((BLUE, ORANGE, GREEN, PURPLE), 2):
         assert np.linalg.norm(lab(one, MACHADO[sight]) - lab(other, MACHADO[sight])) > DISTINCT
-
-
-def test_red_and_green_of_one_lightness_would_not_be():
-    red, green = (lab(color, MACHADO['deuteranopia']) for color in ('#A04040', '#586A40'))
-    assert np.linalg.norm(red - green) < DISTINCT
