@@ -1,6 +1,7 @@
 """The graph on a driver in the simulator's place: the example, whole and with bad manners."""
 
 import json
+import re
 from math import tau
 
 import numpy as np
@@ -102,7 +103,9 @@ def test_a_best_effort_sensor_is_received_and_named(roughly_driven):
 
 def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
     log = (roughly_driven.folder / 'log' / 'graph.log').read_text()
-    assert log.count('window emptied') <= 1
+    warned = re.findall(r'\[(\w+)\]: imu/data_raw: published best effort', log)
+    assert warned and len(warned) == len(set(warned)), 'each node once'
+    assert log.count('window emptied') <= 1  # on a busy machine: one lost sample is no gap
 
 
 def test_a_driver_runs_in_a_namespace(with_example, tmp_path, monkeypatch):
