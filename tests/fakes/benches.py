@@ -5,8 +5,7 @@ from dataclasses import replace
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_measures import Slides
 from khr_studies.measuring.bench import Bench
-from khr_studies.measuring.critical import START
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.critical import START, Limit
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import LIMITS, STAGE_1
 from khr_studies.measuring.thesis_walks import WALKS

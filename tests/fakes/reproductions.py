@@ -13,7 +13,7 @@ from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.pictures import FigureResult
 from khr_studies.reproduction.reproduce import Reproduction
 from khr_studies.scoreboard.study import compare
-from khr_studies.stability_map.best_gain import MapResult
+from khr_studies.stability_map.study import MapResult
 from tests.fakes.benches import Thesis
 
 HASH = '0123456789abcdef' * 4

@@ -21,15 +21,14 @@ from khr_studies.measuring import bench, critical
 from khr_studies.measuring.bench import share_up
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.consistency import experiment_runs
+from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.experiments import Run, table_of
-from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.run_table import run_table, tally
 from khr_studies.measuring.thesis_values import ThesisWalk
 from khr_studies.peak_origin.study import lost_runs, walks_of
 from khr_studies.reproduction.findings import compare_tilting, experiment_table
 from khr_studies.scoreboard.walk_rows import walk_row
-from khr_studies.stability_map.best_gain import INCLINATION
-from khr_studies.stability_map.study import stability_map
+from khr_studies.stability_map.study import INCLINATION, stability_map
 from khr_studies.thesis_figures.spectrum_panels import spectrum_of
 from khr_studies.tuning import study as tuning
 from khr_sweeps.reading import parse_sweep

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from khr_report.plots.points import write_points
-from khr_studies.documents.figures_page import figures_markdown
+from khr_studies.documents.docs_generator import figures_markdown
 
 TITLE_LINES = 2
 PANELS = {  # by number of the figure, as the document of the figures counts them

@@ -19,7 +19,7 @@ from khr.arguments import Flag, ScenarioLike, checked
 
 if TYPE_CHECKING:
     from khr_studies.measuring.condition import Condition
-    from khr_studies.measuring.limit import Limit
+    from khr_studies.measuring.critical import Limit
     from khr_studies.tuning.study import Question, Tuning
     from khr_sweeps.pool import Pool
 
@@ -92,8 +92,7 @@ def limit_of(
         KhrError: if a value is not accepted, before anything runs.
     """
     from khr_report.folders import make_folder
-    from khr_studies.measuring.critical import measure_limit
-    from khr_studies.measuring.limit import check_file, write_limit
+    from khr_studies.measuring.critical import check_file, measure_limit, write_limit
 
     if out:
         check_file(Path(out))

@@ -13,7 +13,7 @@ import khr
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.critical import Limit
 from khr_sweeps.results.folder import Folder
 from tests.fakes.bags import make_bag, state
 from tests.fakes.recordings import message

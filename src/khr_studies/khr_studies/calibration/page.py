@@ -25,7 +25,6 @@ from khr_studies.calibration.ensemble import (
 from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import Candidate, misses
 from khr_studies.calibration.plan import FreeConstant
-from khr_studies.calibration.result import Calibration, fixed_constants, parameter_file
 from khr_studies.calibration.rows import (
     LOST,
     Row,
@@ -36,7 +35,13 @@ from khr_studies.calibration.rows import (
     WantedSupport,
     WantedWalk,
 )
-from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS
+from khr_studies.calibration.study import (
+    CONFIRM_DEG,
+    CONFIRM_SEEDS,
+    Calibration,
+    fixed_constants,
+    parameter_file,
+)
 from khr_studies.measuring.json_file import write_json
 
 

@@ -2,26 +2,77 @@
 
 Two stages: a search on one physics engine, and a finer measurement of the best candidates with more
 seeds on both engines. The cost of a candidate is then its cost on the worse engine.
+
+The constants of the best robot are a parameter file; nothing is fitted per scenario.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
 from math import inf
 from pathlib import Path
 
+import yaml
+
 from khr_common import RunError
 from khr_common.checks import integer
-from khr_studies.calibration.ensemble import ensemble, pareto_set, rows_in_conflict
+from khr_studies.calibration.ensemble import (
+    Ensemble,
+    RowInConflict,
+    ensemble,
+    pareto_set,
+    rows_in_conflict,
+)
 from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
-from khr_studies.calibration.result import Calibration
+from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.search import Measurement, Search, run_search
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
 
 CONFIRM_SEEDS, CONFIRM_DEG = 3, 0.2  # of the second stage: seeds, tolerance of a bisection
 CONFIRMED = 'confirmed'  # name of the second stage in the journal
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The result of ``khr calibrate``."""
+
+    plan: CalibrationPlan  # constants and rows
+    # engine, seed, seeds: of the search
+    engine: str
+    seed: int
+    seeds: int
+    runs: int  # their number
+    found: Ensemble  # the ensemble
+    searched: int = 0  # number of candidates of the search
+    pareto: tuple[Candidate, ...] = ()  # robots of which none is better in limits and in mechanism
+    resisting: tuple[RowInConflict, ...] = ()  # the rows that the best robot misses
+
+    @property
+    def best(self) -> Candidate:
+        """Return the best robot; the defaults are its constants."""
+        return self.found.best
+
+
+def fixed_constants() -> dict[str, dict[str, str]]:
+    """Return ``kind`` and ``source`` of the constants that are not searched, by node.key."""
+    text = files(__package__).joinpath('constants.yaml').read_text(encoding='utf-8')
+    found: dict[str, dict[str, str]] = yaml.safe_load(text)
+    return found
+
+
+def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
+    """Return a ROS 2 parameter file with the constants of a robot."""
+    nodes: dict[str, dict[str, dict[str, object]]] = {}
+    for (node, key), value in plan.changes(robot.constants):
+        nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
+    return (
+        '# The robot that stands by its loops: constants written by khr calibrate.\n'
+        + yaml.safe_dump(nodes, sort_keys=False)
+    )
 
 
 def calibrate(

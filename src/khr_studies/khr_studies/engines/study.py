@@ -26,8 +26,7 @@ from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
-from khr_studies.measuring.critical import START, limit_of_seed
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.critical import START, Limit, limit_of_seed
 from khr_studies.measuring.run_table import measure
 from khr_studies.measuring.thesis_values import LIMITS
 from khr_sweeps.pool import Pool, local_pool

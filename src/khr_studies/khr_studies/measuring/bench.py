@@ -23,12 +23,12 @@ from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.condition import ENGINE, Changes, Condition, with_engine
 from khr_studies.measuring.critical import (
     START,
+    Limit,
     limit_of_seed,
     run_condition,
     run_row,
     search_limit,
 )
-from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import F_0, SINGLE, STAGE_1_GRID
 from khr_sweeps.pool import Pool

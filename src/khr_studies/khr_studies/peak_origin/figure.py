@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import panels
 from khr_studies.peak_origin.cycle_spectrum import Walks
-from khr_studies.peak_origin.line_11 import LISTED, NUMBER
 from khr_studies.peak_origin.origin import Line
-from khr_studies.peak_origin.study import ExplainedWalks
+from khr_studies.peak_origin.study import LISTED, NUMBER, ExplainedWalks
 from khr_studies.peak_origin.thesis_peaks import THESIS_PEAKS
 
 Look = dict[str, Any]  # keyword arguments of a line or text

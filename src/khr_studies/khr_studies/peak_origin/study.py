@@ -1,12 +1,20 @@
-"""``khr lines SCENARIO``: the origin of a walk's spectral peaks."""
+"""``khr lines SCENARIO``: the origin of a walk's spectral peaks, and what raises line 11, 4.74 Hz.
+
+The halves of the gait's cycle are mirror images, and a mirrored motion has the same pitch. So a
+symmetric robot has lines of even number only; an odd line needs a robot or a walk with unlike
+halves.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -24,8 +32,7 @@ from khr_studies.measuring.experiments import (
     runs_of,
 )
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
-from khr_studies.peak_origin.false_labels import FalseLabels, count_false_labels
-from khr_studies.peak_origin.origin import PEAK, Line, label_peaks
+from khr_studies.peak_origin.origin import PEAK, FalseLabels, Line, count_false_labels, label_peaks
 from khr_studies.peak_origin.thesis_peaks import (
     THESIS_PEAKS,
     Band,
@@ -38,8 +45,10 @@ from khr_sweeps.pool import check_workers
 from khr_sweeps.reading import sweep_from
 from khr_sweeps.trial import Row, identity
 
-EXPERIMENT = 'lines'
+EXPERIMENT, LINE_11 = 'lines', 'line_11'
 ROOT = Path('runs/lines')
+NUMBER = 11  # of the line: 4.76 Hz
+LISTED = 4  # largest lines of a spectrum that the thesis lists
 
 
 @dataclass(frozen=True)
@@ -197,3 +206,41 @@ def run_variants(
     path = ROOT / (walk.name + other + ('-fast' if fast else ''))
     run_sweeps({path: specification}, processes, EXPERIMENT)
     return runs_of(path)
+
+
+def measure_line_11(runs: Mapping[str, Runs]) -> list[Row]:
+    """Measure line 11 in each case of the experiment, in its order.
+
+    Args:
+        runs: by experiment, at least those of ``line_11``.
+
+    Returns:
+        A row per case with its name ``case``, the number of ``runs``, the ``frequency`` of the
+        line, Hz, and for the walks that stayed up the ``amplitudes`` of the line, rad/s, their
+        ``shares`` of the largest line, the number of walks in which it is ``among`` the four
+        largest lines, and the root-sum-square ratio of ``odd`` over even lines.
+
+    Raises:
+        KhrError: if no walk stayed up.
+    """
+    done = runs[LINE_11]
+    if not done:
+        raise KhrError(f'{LINE_11}: 0 runs are not accepted; accepted: finished runs')
+    counts = Counter(run.point[CASE] for run in done)
+    return [
+        {'case': walks.label, 'runs': counts[walks.label], **_lines(walks)}
+        for walks in walks_of(done)
+    ]
+
+
+def _lines(walks: Walks) -> Row:
+    lines = walks.amplitudes[:, walks.cycles :: walks.cycles]  # of numbers 1, 2, ...
+    own = lines[:, NUMBER - 1]
+    odd, even = np.sum(lines[:, 0::2] ** 2), np.sum(lines[:, 1::2] ** 2)
+    return {
+        'frequency': NUMBER / walks.treatment.cycle_period,
+        'amplitudes': own.tolist(),
+        'shares': (own / lines.max(axis=1)).tolist(),
+        'among': int(np.sum(np.sum(lines > own[:, None], axis=1) < LISTED)),
+        'odd': float(np.sqrt(odd / even)),
+    }

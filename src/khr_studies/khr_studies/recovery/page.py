@@ -12,11 +12,21 @@ from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
-from khr_studies.recovery.false_steps import BOARD_DEG, BOARD_TIME
 from khr_studies.recovery.figure import polar_figure
 from khr_studies.recovery.pushes import CASES, GAIN, Case
-from khr_studies.recovery.study import DECISION, LEVELS, TIMES, UNLOADING, bounds, held
-from khr_studies.recovery.walks import PHASES, WALK_GOAL, WALK_TIMES
+from khr_studies.recovery.study import (
+    BOARD_DEG,
+    BOARD_TIME,
+    DECISION,
+    LEVELS,
+    PHASES,
+    TIMES,
+    UNLOADING,
+    WALK_GOAL,
+    WALK_TIMES,
+    bounds,
+    held,
+)
 from khr_sweeps.trial import Row
 
 

@@ -6,6 +6,7 @@ may fall at a weak push, by a step that it did not need: a hole. So each level i
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,8 @@ from pathlib import Path
 import pandas as pd
 
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import CONFIG, load_scenario
 from khr_models.standing.capture_point import (
     Flywheel,
     flywheel_margin,
@@ -20,21 +23,38 @@ from khr_models.standing.capture_point import (
     largest_force,
     step_margin,
 )
+from khr_studies.measuring.condition import Changes
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure
 from khr_studies.push.study import stance
-from khr_studies.recovery.false_steps import quiet_run, quiet_scenarios, quiet_walks
 from khr_studies.recovery.pushes import (
     CASES,
+    ENABLED,
     ENGINES,
+    GAIN,
     Case,
     columns_of,
     limit_of_ankles,
+    limit_of_walk,
     push_once,
+    push_walk,
+    watched,
 )
-from khr_studies.recovery.walks import pushed_walks
+from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
+STANDING = ('lift_', 'stand_', 'walk_')  # scenarios without a push
+BOARD_DEG, BOARD_TIME = 5.0, 1000.0  # a board that tilts at 2 deg/s, and s on it
+BOARD: Changes = (
+    (('simulator', 'level_start'), True),
+    (('simulator', 'inclination_deg'), BOARD_DEG),
+    (('simulator', 'duration'), BOARD_TIME),
+)
+INCLINATIONS = tuple(range(-4, 11))  # deg, of walks
+GAINS = ((0.0, 0.0), (12.0, 0.0), (18.0, 0.0), (12.0, 13.0))  # K_A, K_H
+WALK_GOAL = 1.15  # times the limit of the walk
+WALK_TIMES = (0.7, 0.85, 1.0, 1.15, 1.3)  # that limit
+PHASES = tuple(n / 16 for n in range(8))  # of the push, in cycles; the other half is the mirror
 TIMES = tuple(round(0.5 + 0.1 * n, 1) for n in range(14))  # times the limit of the ankles
 ROBOTS = (1, 2, 3, 4, 5, 6)  # members of the ensemble
 ANGLES = tuple(range(0, 360, 45))  # deg, of an oblique push: 0 from behind, 90 from the right
@@ -42,6 +62,89 @@ LEVELS = tuple(round(0.3 + 0.1 * n, 1) for n in range(14))  # N s, of an oblique
 DECISION = 0.1  # s from the start of a push
 UNLOADING = 0.045  # s from the decision until the foot leaves the ground
 ROOT = Path('runs/recovery')
+
+
+def quiet_run(name: str, changes: Changes = ()) -> Row:
+    """Run a scenario without a push, with the node; if it steps, without the node as well."""
+    scenario = load_scenario(name).changed(dict(changes))
+    found = watched(scenario.changed(dict(ENABLED)))
+    without = run_offline(scenario).outcome.fell if found['steps'] else found['fell']
+    return {**found, 'fell_without': without, 'name': name}
+
+
+def quiet_scenarios() -> list[tuple[Row, tuple[str, Changes]]]:
+    """Return the scenarios without a push, and a long stance on a board that tilts, then rests."""
+    names = sorted(path.stem for path in (CONFIG / 'scenarios').glob('*.yaml'))
+    own: list[tuple[str, Changes]] = [(name, ()) for name in names if name.startswith(STANDING)]
+    return [({'part': 'quiet'}, each) for each in [*own, ('stand_0deg', BOARD)]]
+
+
+def quiet_walks() -> list[tuple[Row, tuple[str, Changes]]]:
+    """Return walks without a push, of all inclinations and gains."""
+    found = []
+    for engine, inclination, (ka, kh) in itertools.product(ENGINES, INCLINATIONS, GAINS):
+        changes: Changes = (
+            (('simulator', 'engine'), engine),
+            (('simulator', 'inclination_deg'), float(inclination)),
+            (('ankle_controller', 'enabled'), ka > 0.0),
+            (('ankle_controller', 'gain'), ka or GAIN),
+            (('hip_controller', 'enabled'), kh > 0.0),
+            (('hip_controller', 'gain'), kh or GAIN),
+        )
+        columns = {'inclination_deg': float(inclination), 'ka': ka, 'kh': kh}
+        found.append(({'part': 'walks', 'engine': engine, **columns}, ('walk_0deg', changes)))
+    return found
+
+
+def pushed_walks(pool: Pool, robots: Sequence[int]) -> list[pd.DataFrame]:
+    """Push walks of the default robot at all phases, and of others at its weakest one."""
+
+    def limits_of(keys: Sequence[tuple[Case, str, int, float]]) -> pd.DataFrame:
+        return measure(
+            pool,
+            limit_of_walk,
+            [
+                (
+                    {**columns_of('walk', case, engine, robot), 'phase': phase},
+                    (case.condition(engine, robot, motion='walk'), phase),
+                )
+                for case, engine, robot, phase in keys
+            ],
+        )
+
+    def steps_of(limits: pd.DataFrame) -> pd.DataFrame:
+        plan = []
+        by = ['case', 'engine', 'robot']
+        for (number, engine, robot), each in limits.groupby(by):
+            condition = CASES[number].condition(engine, robot, recovery=True, motion='walk')
+            plan += [
+                (
+                    {
+                        **columns_of('walk_step', CASES[number], engine, robot),
+                        'phase': phase,
+                        'times': times,
+                    },
+                    (condition, times * float(each['held'].min()), phase),
+                )
+                for phase in each['phase']
+                for times in WALK_TIMES
+            ]
+        return measure(pool, push_walk, plan)
+
+    keys = [
+        (case, engine, 0, phase) for case in CASES[:4] for engine in ENGINES for phase in PHASES
+    ]
+    own = limits_of(keys)
+    flat = own[(own['engine'] == ENGINES[-1]) & own['case'].isin([0, 1])]
+    weakest = flat.loc[flat.groupby('case')['held'].idxmin()]
+    others = limits_of(
+        [
+            (CASES[row.case], ENGINES[-1], robot, row.phase)
+            for row in weakest.itertuples()
+            for robot in robots
+        ]
+    )
+    return [own, others, steps_of(own), steps_of(others)]
 
 
 def study(

@@ -16,7 +16,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.experiments import Runs, table_of
 from khr_studies.measuring.run_table import Records, records, tally
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.stability_map.best_gain import MapResult
+from khr_studies.stability_map.study import MapResult
 from khr_sweeps.trial import Row
 
 SEEDS = ('seed', 'initial_tilt_deg')

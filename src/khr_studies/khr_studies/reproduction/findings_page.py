@@ -11,7 +11,7 @@ import pandas as pd
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
 from khr_studies.measuring.run_table import Records
-from khr_studies.peak_origin.line_11 import LISTED, NUMBER
+from khr_studies.peak_origin.study import LISTED, NUMBER
 from khr_studies.reproduction.findings import Findings
 from khr_studies.scoreboard import page as scoreboard
 from khr_studies.scoreboard.rows import Scoreboard

@@ -25,9 +25,7 @@ from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
-from khr_studies.peak_origin.line_11 import EXPERIMENT as LINE_11
-from khr_studies.peak_origin.line_11 import measure_line_11
-from khr_studies.peak_origin.study import PeakStudy, study
+from khr_studies.peak_origin.study import LINE_11, PeakStudy, measure_line_11, study
 from khr_studies.reproduction.experiment_plan import SCOREBOARD, ExperimentPlan
 from khr_studies.reproduction.findings import (
     Findings,
@@ -46,7 +44,7 @@ from khr_studies.reproduction.pictures import (
 )
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
-from khr_studies.stability_map.best_gain import INCLINATION, MapResult, map_result
+from khr_studies.stability_map.study import INCLINATION, MapResult, map_result
 from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import ProgressBar

@@ -11,7 +11,7 @@ from khr_models.standing.ankle_servo import controlled_critical_inclination
 from khr_models.thesis import INITIAL_LEAN
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.thesis_values import EMPTY, LIMITS, ORDERS, THEORY_DEG
 from khr_studies.scoreboard.rows import ENOUGH, grows, kind_of, row
 from khr_sweeps.trial import Row

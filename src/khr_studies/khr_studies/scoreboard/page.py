@@ -23,9 +23,9 @@ from khr_report.page.document import (
 )
 from khr_report.page.template import page_text
 from khr_sim.physics import engines
+from khr_studies.measuring.critical import RAGGED, VIBRATES
 from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
-from khr_studies.measuring.limit import RAGGED, VIBRATES
 from khr_studies.measuring.run_table import Records
 from khr_studies.measuring.thesis_values import ABOVE_LIMIT_DEG, EMPTY, SHOWN, SLIPS
 from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG, agrees

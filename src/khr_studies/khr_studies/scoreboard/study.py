@@ -26,9 +26,15 @@ from khr_studies.scoreboard.limit_rows import (
     theory_row,
     width_rows,
 )
-from khr_studies.scoreboard.push_rows import conditions, push_force, push_row
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.scoreboard.standing_rows import STANDING, lifted_loads, standing_rows
+from khr_studies.scoreboard.standing_rows import (
+    STANDING,
+    conditions,
+    lifted_loads,
+    push_force,
+    push_row,
+    standing_rows,
+)
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from khr_sweeps.pool import local_pool
 from khr_sweeps.trial import Row

@@ -9,7 +9,7 @@ import pandas as pd
 
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, median_up, share_up
-from khr_studies.measuring.limit import VIBRATES
+from khr_studies.measuring.critical import VIBRATES
 from khr_studies.scoreboard.rows import ENOUGH, grows, kind_of, row
 from khr_sweeps.trial import Row
 

@@ -12,9 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from khr_report.plots.plot_style import head
-from khr_studies.stability_map.best_gain import CRITERION, GAINS
-from khr_studies.stability_map.statistics import Array
-from khr_studies.stability_map.study import Direction, StabilityMap
+from khr_studies.stability_map.study import CRITERION, GAINS, Array, Direction, StabilityMap
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value

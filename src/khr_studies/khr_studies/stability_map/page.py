@@ -6,15 +6,15 @@ from statistics import median
 
 from khr_report.page.document import Block, Columns, Table, number, rate, table
 from khr_studies.measuring.run_table import Records, wilson
-from khr_studies.stability_map.best_gain import (
+from khr_studies.stability_map.study import (
     CRITERION,
     GAINS,
     INCLINATION,
+    NAMES,
     RUBBER,
     SMOOTH,
     MapResult,
 )
-from khr_studies.stability_map.study import NAMES
 from khr_sweeps.trial import Row
 
 

@@ -5,21 +5,33 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
+from scipy.special import log_expit
 
 from khr_common.errors import KhrError
-from khr_studies.measuring.run_table import run_table, tally
-from khr_studies.stability_map.best_gain import GAINS, INCLINATION, best_cells, crossing_of
-from khr_studies.stability_map.statistics import Array, Crossing
+from khr_sim.parameters import SimulatorParameters
+from khr_studies.measuring.run_table import Records, records, run_table, tally
 from khr_sweeps.axes import column_named
 from khr_sweeps.results.folder import request_of
 
+Array = NDArray[np.float64]
+
+QUANTILE = 1.959963984540054  # of the normal distribution, for 95 % within
+DROP = QUANTILE**2 / 2.0  # of the log-likelihood at the ends of a 95 % interval (Wilks)
+CENTRES, WIDTHS = 601, 40  # of the curves tried
+CRITERION = (
+    'the gain with which most seeds stay up; among equals the one with which fewest '
+    'slip; among equals the one that vibrates least'
+)
+INCLINATION, FRICTION = 'simulator.inclination_deg', 'simulator.friction'
+SMOOTH, RUBBER = SimulatorParameters().friction_smooth, SimulatorParameters().friction_rubber
+GAINS = {'ankle_controller.gain': 'K_A', 'hip_controller.gain': 'K_H'}
 RUNS_PER_CELL = 8  # aim of the bins of a random sweep
 NAMES = {
     'simulator.inclination_deg': 'inclination φ (°)',
@@ -27,6 +39,119 @@ NAMES = {
     'ankle_controller.gain': 'ankle gain K_A',
     'hip_controller.gain': 'hip gain K_H',
 }
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a probability crosses one half."""
+
+    value: float  # the most likely place; NaN if the runs do not show a crossing
+    # low, high: its 95 % interval; infinite on an unbounded side
+    low: float
+    high: float
+
+
+def crossing(x: Array, hits: Array, runs: Array) -> Crossing:
+    """Fit a logistic curve to hits among runs at each ``x``, all (n,); return where it is 1/2.
+
+    The interval is a profile-likelihood interval. It is also valid if all runs up to some x hit and
+    no run beyond: the curve is then a step, and the middle of the gap is the most likely place.
+    The data decide whether the curve rises or falls; if they leave it open, it falls.
+    """
+    places = np.unique(x[runs > 0])
+    if len(places) < 2:
+        return Crossing(np.nan, -inf, inf)
+    span = places[-1] - places[0]
+    centres = np.linspace(places[0] - span, places[-1] + span, CENTRES)
+    widths = np.geomspace(np.diff(places).min() / 50.0, 2.0 * span, WIDTHS)
+    rising = np.sum((hits - runs * hits.sum() / runs.sum()) * x) > 0.0
+    distance = (x[:, None, None] - centres[:, None]) / (-widths if rising else widths)
+    # log p = log_expit(-distance), and log(1 - p) is that plus the distance
+    likelihood = np.tensordot(runs, log_expit(-distance), 1)
+    likelihood += np.tensordot(runs - hits, distance, 1)
+    profile = likelihood.max(axis=1)
+    best = centres[profile > profile.max() - 1e-3]
+    inside = np.flatnonzero(profile > profile.max() - DROP)
+    # neighbours outside, as the ends are between grid points
+    first, last = inside[0] - 1, inside[-1] + 1
+    found = bool(best[0] > places[0] - 1e-9 and best[-1] < places[-1] + 1e-9)
+    return Crossing(
+        float(best[[0, -1]].mean()) if found else np.nan,
+        float(centres[first]) if first >= 0 else -inf,
+        float(centres[last]) if last < CENTRES else inf,
+    )
+
+
+@dataclass(frozen=True)
+class MapResult:
+    """The result of a map of the inclination and another parameter, as records of tables."""
+
+    name: str  # of the other parameter, node.parameter
+    best: Records = ()  # of a map of a gain, the tally of the best gain of each inclination
+    hopeless_deg: tuple[float, ...] = ()  # inclinations on which no seed stays up with any gain
+    # of a map of the friction, for each inclination the tallies with smooth and with rubber soles
+    # (columns ..._smooth and ..._rubber)
+    soles: Records = ()
+    # for each value of the other parameter the inclination deg on which half of the runs stay up,
+    # and its 95 % interval from low_deg to high_deg; None if open
+    limits: Records = ()
+
+
+def map_result(runs: pd.DataFrame, name: str, bisected: bool = False) -> MapResult:
+    """Evaluate a map of the inclination and either the friction or a gain.
+
+    Args:
+        runs: the run table of the map.
+        name: the swept parameter other than the inclination.
+        bisected: whether the inclinations were bisected; only limits are known then.
+    """
+    cells = tally(runs, [INCLINATION, name])
+    if bisected or name == FRICTION:
+        soles = () if bisected else records(_soles(cells))
+        return MapResult(name, soles=soles, limits=records(_limits(cells, name)))
+    best = best_cells(cells, INCLINATION)
+    hopeless = set(runs[INCLINATION]) - set(best[INCLINATION])
+    return MapResult(name, records(best), tuple(sorted(hopeless)))
+
+
+def best_cells(cells: pd.DataFrame, x: str) -> pd.DataFrame:
+    """Return the best cell of each ``x`` of a tally by ``CRITERION``, sorted by ``x``.
+
+    Values of ``x`` at which no run stays up are left out.
+    """
+    merits = {
+        'share_up': cells['up'] / cells['runs'],
+        'share_slipped': cells['slipped'] / cells['runs'],
+        'vibrates': cells['vibration_rad_s'].fillna(np.inf),
+    }
+    ranked = cells.assign(**merits)[cells['up'] > 0].sort_values(
+        [x, *merits], ascending=[True, False, True, True], kind='stable'
+    )
+    return ranked.drop_duplicates(x).drop(columns=[*merits])
+
+
+def crossing_of(cells: pd.DataFrame, x: str) -> Crossing:
+    """Return the ``x`` at which half of the runs of some cells stay up."""
+    places, up, runs = (cells[name].to_numpy(np.float64) for name in (x, 'up', 'runs'))
+    return crossing(places, up, runs)
+
+
+def _limits(cells: pd.DataFrame, name: str) -> pd.DataFrame:
+    found = [(value, crossing_of(line, INCLINATION)) for value, line in cells.groupby(name)]
+    table = pd.DataFrame(
+        [(value, one.value, one.low, one.high) for value, one in found],
+        columns=['value', 'deg', 'low_deg', 'high_deg'],
+    )
+    return table.replace([np.inf, -np.inf], np.nan)
+
+
+def _soles(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return the cells with smooth and with rubber soles, a row for each inclination."""
+    table = cells[[INCLINATION]].drop_duplicates().sort_values(INCLINATION)
+    for friction, sole in ((SMOOTH, '_smooth'), (RUBBER, '_rubber')):
+        of_sole = cells[cells[FRICTION] == friction].set_index(INCLINATION).add_suffix(sole)
+        table = table.join(of_sole, on=INCLINATION)
+    return table
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,6 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.thesis_values import STAGE_2, STAGE_3
 from khr_studies.thesis_figures import standing
-from khr_studies.thesis_figures.lifts import held_difference, on_leg, overshoot_of
 from khr_studies.thesis_figures.run_plots import (
     TRUE,
     Rate,
@@ -38,6 +37,9 @@ from khr_studies.thesis_figures.run_plots import (
     draw_seeds,
     gains_label,
     group_by_walk,
+    held_difference,
+    on_leg,
+    overshoot_of,
     signals_until_fall,
     spread_note,
 )

@@ -26,18 +26,16 @@ from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin import figure as lines
-from khr_studies.peak_origin.line_11 import measure_line_11
-from khr_studies.peak_origin.study import explain_all
+from khr_studies.peak_origin.study import explain_all, measure_line_11
 from khr_studies.push import figure as pushes
-from khr_studies.push import limits, motions, recovery_figure
-from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
+from khr_studies.push import limits, motions
+from khr_studies.thesis_figures import gaits, models, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.amplitude_figure import (
     amplitude_by_slope,
     measure_amplitudes,
     measure_amplitudes_coarsely,
 )
-from khr_studies.thesis_figures.gain_unit_figure import gain_unit
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
 from khr_studies.thesis_figures.vibration_figure import measure_bands, vibration_by_gain
@@ -113,9 +111,9 @@ FIGURES: dict[str, Drawing] = {
     '3.15': Drawing(
         'Delta against the inclination, by ankle gain', standing.gains, (*STANDING, 'lift_gains')
     ),
-    '4.4': Drawing('V_out of the gyro: the carrier modulated by the rate', gyro.modulated),
-    '4.5': Drawing('Demodulated output of the gyro', gyro.demodulated),
-    '4.6': Drawing('Static characteristic of the gyro', gyro.static_characteristic),
+    '4.4': Drawing('V_out of the gyro: the carrier modulated by the rate', models.modulated),
+    '4.5': Drawing('Demodulated output of the gyro', models.demodulated),
+    '4.6': Drawing('Static characteristic of the gyro', models.static_characteristic),
     '4.8': Drawing(
         'Pitch rate under a lasting push, without control',
         pushes.rising_force,
@@ -159,10 +157,10 @@ FIGURES: dict[str, Drawing] = {
         quick=measure_amplitudes_coarsely,
     ),
     'capture_point': Drawing(
-        'Largest push by feet, flywheel and steps, models', recovery_figure.capture_point
+        'Largest push by feet, flywheel and steps, models', models.capture_point
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
-    'gain_unit': Drawing('Gain unit of both loops, identified', gain_unit),
+    'gain_unit': Drawing('Gain unit of both loops, identified', models.gain_unit),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
     'line_11': Drawing(
         'What raises line 11 of the gait, 4.74 Hz',

@@ -33,24 +33,22 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
-from khr_studies.thesis_figures.lifts import (
+from khr_studies.thesis_figures.run_plots import (
     SIDES,
     LiftTimes,
-    held_difference,
-    held_forces,
-    lift_of,
-    motion,
-    on_leg,
-    rigid_difference,
-)
-from khr_studies.thesis_figures.run_plots import (
     Look,
     condition,
     draw_over_inclination,
     draw_seeds,
     gains_label,
     group_runs,
+    held_difference,
+    held_forces,
     inclination_deg,
+    lift_of,
+    motion,
+    on_leg,
+    rigid_difference,
     signals_from,
     signals_until_fall,
     spread_note,

@@ -231,7 +231,7 @@ def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, 
 
 def test_critical_points_out_a_gain_of_a_controller_that_is_off(monkeypatch, capsys):
     monkeypatch.setattr('khr_studies.measuring.critical.measure_limit', lambda *_: None)
-    monkeypatch.setattr('khr_studies.measuring.limit.limit_text', lambda *_: '')
+    monkeypatch.setattr('khr_studies.measuring.critical.limit_text', lambda *_: '')
     setting = ('--set', 'ankle_controller.gain=12')
     assert 'no effect' in khr(monkeypatch, capsys, 'critical', '--ka', '0', *setting)[2]
     assert khr(monkeypatch, capsys, 'critical', '--ka', '6', *setting)[2] == ''

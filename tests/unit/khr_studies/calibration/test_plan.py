@@ -12,7 +12,6 @@ from khr_common import KhrError, RunError, check, specifications
 from khr_studies.calibration import trial_robot
 from khr_studies.calibration.objective import Task, measure_robot
 from khr_studies.calibration.plan import FreeConstant, read_plan
-from khr_studies.calibration.result import fixed_constants
 from khr_studies.calibration.rows import (
     LOST,
     WantedLimit,
@@ -22,6 +21,7 @@ from khr_studies.calibration.rows import (
     WantedSupport,
     WantedWalk,
 )
+from khr_studies.calibration.study import fixed_constants
 from khr_studies.calibration.trial_robot import ENDS, MeasuredWalk, TrialRobot, limit_near
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START

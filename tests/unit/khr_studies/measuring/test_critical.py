@@ -15,8 +15,7 @@ from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring import critical
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.critical import measure_limit, run_condition
-from khr_studies.measuring.limit import (
+from khr_studies.measuring.critical import (
     ENDS,
     ONE_SEED_DEG,
     RAGGED,
@@ -24,6 +23,8 @@ from khr_studies.measuring.limit import (
     Limit,
     check_file,
     limit_text,
+    measure_limit,
+    run_condition,
     write_limit,
 )
 from khr_studies.measuring.run_table import run_table

@@ -11,7 +11,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_common.errors import KhrError
 from khr_report.page.document import markdown
 from khr_studies.peak_origin.figure import line_11
-from khr_studies.peak_origin.line_11 import measure_line_11
+from khr_studies.peak_origin.study import measure_line_11
 from khr_studies.reproduction.findings_page import blocks
 from tests.fakes.invented_runs import kept_runs
 from tests.fakes.reproductions import EMPTY

@@ -9,10 +9,12 @@ import pytest
 from khr_common.errors import KhrError
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.evidence import ratio
-from khr_studies.peak_origin.false_labels import count_false_labels
-from khr_studies.peak_origin.origin import label_peaks, label_strongest
-from khr_studies.peak_origin.resonance import resonance
-from khr_studies.peak_origin.thesis_peaks import chance_of_distances, distances_from_lines
+from khr_studies.peak_origin.origin import count_false_labels, label_peaks, label_strongest
+from khr_studies.peak_origin.thesis_peaks import (
+    chance_of_distances,
+    distances_from_lines,
+    resonance,
+)
 
 PERIOD, CYCLES, SEEDS = 0.015, 4, 3
 BASE = Treatment(2.31, 12.0, 0.0, 0.18, 0.1)

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from khr_report.page.document import Passage, Table, markdown
+from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.json_file import read_json, write_json
-from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.thesis_values import LIMITS, walking
 from khr_studies.measuring.thesis_walks import TRENDS
 from khr_studies.reproduction import findings as results
@@ -17,7 +17,7 @@ from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.page import write_index
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.stability_map import page as map_page
-from khr_studies.stability_map.best_gain import MapResult
+from khr_studies.stability_map.study import MapResult
 from tests.fakes.benches import Opposite, Thesis
 from tests.fakes.reproductions import BEST, CELL, EMPTY, GAIN, SOLES, findings, reproduction, run
 from tests.fakes.reproductions import soles as sole_record

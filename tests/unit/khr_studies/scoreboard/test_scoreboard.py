@@ -17,9 +17,8 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring import bench as measuring_bench
 from khr_studies.measuring.bench import Bench, lift, one_leg_limit_of_seed, walk
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.critical import START, STEP
+from khr_studies.measuring.critical import START, STEP, Limit
 from khr_studies.measuring.json_file import read_json
-from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.thesis_values import (
     EMPTY,
     LIMITS,

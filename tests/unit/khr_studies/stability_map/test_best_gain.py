@@ -5,7 +5,7 @@ import pytest
 
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.measuring.run_table import run_table, tally
-from khr_studies.stability_map.best_gain import (
+from khr_studies.stability_map.study import (
     FRICTION,
     INCLINATION,
     RUBBER,

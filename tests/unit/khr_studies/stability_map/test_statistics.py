@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from khr_studies.stability_map.statistics import crossing
+from khr_studies.stability_map.study import crossing
 
 
 @given(

@@ -11,9 +11,14 @@ from khr_sim.physics.world import Array
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.run_table import run_table
 from khr_studies.third_stage import study as stage3
-from khr_studies.third_stage.comparison import compare_with_model, edges, growth
+from khr_studies.third_stage.comparison import (
+    chain_of,
+    compare_with_model,
+    edges,
+    growth,
+    standing_loop,
+)
 from khr_studies.third_stage.page import page, summary, write
-from khr_studies.third_stage.standing_model import chain_of, standing_loop
 from khr_studies.third_stage.study import HIP_GAIN, STEP, Plane, Setting, climb, measure_plane
 from khr_sweeps.results.store import read_store
 from tests.support.mechanics import PLAIN_SERVOS

@@ -52,7 +52,7 @@ def fights(
 @options_of(searches.critical)
 def critical(arguments: dict[str, Any], settings: list[str]) -> None:
     """Print the limit."""
-    from khr_studies.measuring.limit import limit_text
+    from khr_studies.measuring.critical import limit_text
     from khr_sweeps.pool import local_pool
 
     condition, out = searches.condition_of(**arguments), arguments['out']
