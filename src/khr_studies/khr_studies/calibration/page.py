@@ -13,10 +13,9 @@ from khr_common.files import write_text
 from khr_common.text.markdown import table, table_of
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
+from khr_studies.calibration import ensemble
 from khr_studies.calibration.ensemble import (
     LEAST,
-    MOST,
-    OPEN,
     RowInConflict,
     constant_spreads,
     gains,
@@ -75,9 +74,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         plan=plan,
         found=found,
         enough=enough,
-        least=LEAST,
-        most=MOST,
-        open=OPEN,
+        ensemble=ensemble,
         rows=_robots_table(calibration, [found.best]),
         spread=_spread_rows(calibration),
         added=_added_rows(calibration),

@@ -11,20 +11,16 @@ from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
+from khr_studies.fights import study
 from khr_studies.fights.figure import winners_figure
 from khr_studies.fights.study import (
-    BACK,
     CHECK,
-    CHECKS,
-    DELAY,
     DUEL,
     GAINS,
     JUDGED,
     QUICK,
     SHOVE,
-    SIDE,
     STAND,
-    TURN,
     WALK_UP,
     Fight,
     compared,
@@ -81,15 +77,10 @@ def page(runs: pd.DataFrame, name: str) -> str:
         __name__,
         files=name,
         bouts=int(cells[cells['engine'] == QUICK]['bouts'].max()),
-        checks=CHECKS,
+        study=study,
         quick=ENGINES[QUICK],
         check=ENGINES[CHECK],
-        back=BACK,
-        side=SIDE,
-        turn=TURN,
         tilt=INITIAL_TILT_DEG,
-        delay=DELAY,
-        judged=JUDGED,
         summary=summary(every),
         kinds=_tally(gains[JUDGED]),
         fallen=_fallen(cells),

@@ -12,8 +12,9 @@ from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import Block, Bullets, Columns, Table, markdown, rate, table
 from khr_report.page.template import page_text
 from khr_studies.measuring.thesis_values import LINE_HZ
+from khr_studies.peak_origin import origin
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
-from khr_studies.peak_origin.origin import PEAK, RULE, Line
+from khr_studies.peak_origin.origin import Line
 from khr_studies.peak_origin.recorded import RecordedPeaks
 from khr_studies.peak_origin.study import PeakStudy
 from khr_studies.peak_origin.thesis_peaks import (
@@ -49,9 +50,8 @@ def blocks(found: PeakStudy) -> list[Block]:
             chance=chance_of_distances(distances),
             error=LINE_HZ * GAIT_PERIOD,
             evidence=_evidence(found.lines),
-            peak=PEAK,
+            origin=origin,
             highest=HIGHEST,
-            rule=RULE,
             span=SPAN,
             near=NEAR,
             line_hz=LINE_HZ,

@@ -16,6 +16,7 @@ from khr_common.text import markdown
 from khr_common.text.markdown import WrittenPart
 from khr_report.page.template import page_text
 from khr_sim.parameters import SimulatorParameters
+from khr_studies.push import study
 from khr_studies.push.limits import (
     DURATIONS,
     IMPULSE,
@@ -27,7 +28,7 @@ from khr_studies.push.limits import (
     push_table,
 )
 from khr_studies.push.model import legs
-from khr_studies.push.study import START, TOLERANCE, WATCH, stance
+from khr_studies.push.study import stance
 from khr_sweeps.trial import Row
 
 MOMENTUM_COLUMNS = {
@@ -98,9 +99,7 @@ def document_part() -> str:
         inertia=inertia / (body.mass * (body.length**2 + body.half_foot**2)),
         servo=legs(own, SimulatorParameters()),
         pad_distance=SimulatorParameters().pad_distance,
-        start=START,
-        watch=WATCH,
-        tolerance=TOLERANCE,
+        study=study,
         pushes=largest_pushes(push_table(conditions())),
         on_pads=largest_pushes(push_table(on_pads)),
         momentum=_table([momentum(duration) for duration in SHORT], MOMENTUM_COLUMNS),

@@ -12,21 +12,10 @@ from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
+from khr_studies.recovery import study
 from khr_studies.recovery.figure import polar_figure
 from khr_studies.recovery.pushes import CASES, GAIN, Case
-from khr_studies.recovery.study import (
-    BOARD_DEG,
-    BOARD_TIME,
-    DECISION,
-    LEVELS,
-    PHASES,
-    TIMES,
-    UNLOADING,
-    WALK_GOAL,
-    WALK_TIMES,
-    bounds,
-    held,
-)
+from khr_studies.recovery.study import WALK_GOAL, bounds, held
 from khr_sweeps.trial import Row
 
 
@@ -64,27 +53,20 @@ def page(runs: pd.DataFrame, name: str) -> str:
         gain=GAIN,
         default=table(default, COLUMNS),
         missed=Bullets(missed) if missed else '',
-        largest=max(TIMES),
         above=sum(row['held'] > bound[row['case']]['step'] for row in default),
         rows=len(default),
         oblique=table(oblique_pushes(oblique), OBLIQUE),
-        level=max(LEVELS),
         robots=table([row for row in rows if row['robot']], ROBOT_COLUMNS),
         bounds=table([{**_names(c), **b} for c, b in zip(CASES, bound, strict=True)], BOUNDS),
         guards=table(guards(runs), GUARDS),
-        decision=DECISION,
-        unloading=UNLOADING,
+        study=study,
         seeds=int(runs['seed'].max()),
         quiet=quiet,
         walks=walks,
         needless=_needless(runs),
-        board=(BOARD_TIME, BOARD_DEG),
         walked=table([row for row in walked if not row['robot']], WALKS),
         walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
         walk_summary=_met([row for row in walked if not row['robot']]),
-        walk_goal=WALK_GOAL,
-        walk_largest=max(WALK_TIMES),
-        phases=len(PHASES),
         summary=summary(runs),
     )
 

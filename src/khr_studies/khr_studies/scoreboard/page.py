@@ -23,11 +23,11 @@ from khr_report.page.document import (
 )
 from khr_report.page.template import page_text
 from khr_sim.physics import engines
+from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.critical import RAGGED, VIBRATES
 from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.run_table import Records
-from khr_studies.measuring.thesis_values import ABOVE_LIMIT_DEG, EMPTY, SHOWN, SLIPS
 from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG, agrees
 from khr_studies.scoreboard.rows import ENOUGH, VERDICTS, Scoreboard
 from khr_sweeps.trial import Row
@@ -239,13 +239,10 @@ def blocks(board: Scoreboard) -> list[Block]:
         summary=summary(board),
         quick=QUICK if board.seeds < ENOUGH else '',
         slips=board.slips_from_mm,
-        ratio=SLIPS,
-        empty=EMPTY,
-        above=ABOVE_LIMIT_DEG,
+        thesis=thesis,
         ragged=RAGGED,
         tolerance=TOLERANCE_DEG,
         vibrates=degrees(VIBRATES),
-        shown=SHOWN,
         limits=table(board.limits, LIMIT_COLUMNS),
         undecided=undecided_text(board),
         orders=table(board.orders, ORDER_COLUMNS),

@@ -15,9 +15,10 @@ from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.run_table import write_table
+from khr_studies.third_stage import study
 from khr_studies.third_stage.comparison import ModelComparison, ModelLoop
 from khr_studies.third_stage.figure import limits_figure, swing_figure
-from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, THESIS, WITHIN, WORTH, Plane
+from khr_studies.third_stage.study import HIP_GAIN, THESIS, WITHIN, WORTH, Plane
 
 
 def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
@@ -58,10 +59,7 @@ def page(plane: Plane, compared: ModelComparison, limits_plot: str, swing_plot: 
         plane=plane,
         limits_plot=limits_plot,
         swing_plot=swing_plot,
-        thesis=THESIS,
-        ankle_gain=ANKLE_GAIN,
-        least=WORTH,
-        within=WITHIN,
+        study=study,
         held=held,
         others=(without > 0.0) & ~held,
         toppled=(held & (without == 0.0)).sum(),
