@@ -1,11 +1,17 @@
-"""Compare standing on one leg with the thesis: forces, single support, overshoot."""
+"""Compare standing with the thesis: on one leg, forces, single support and overshoot; pushes.
+
+The rows in words are in ``standing.yaml``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.resources import files
 from math import degrees, isnan, nan
+from typing import Any
 
 import numpy as np
+import yaml
 
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, median_up
@@ -17,7 +23,9 @@ from khr_studies.scoreboard.rows import ENOUGH, Kind, grows, kind_of, row
 from khr_sweeps.trial import Row
 
 STANDING = [row.condition for row in thesis.LIMITS if row.condition.motion == 'leg_lift']
-RISES, FALLS = 'each value above the one before', 'each value below the one before'
+WORDS: dict[str, dict[str, str]] = yaml.safe_load(
+    files(__package__).joinpath('standing.yaml').read_text(encoding='utf-8')
+)
 
 
 def standing_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
@@ -64,27 +72,27 @@ def above_limit(limit_deg: float) -> float:
 
 
 def _row(
-    name: str,
-    unit: str,
+    key: str,
     inclinations_deg: Sequence[float],
-    source: str,
-    statement: str,
-    criterion: str,
     values: Sequence[float],
     passed: bool | None = None,
     difference: float = nan,
     kind: Kind = 'predicted',
+    chapter: int = 3,
+    **of: Any,
 ) -> Row:
+    """Return a row with the words of its key, which name attributes of what it is ``of``."""
+    words = {name: text.format(thesis=thesis, **of) for name, text in WORDS[key].items()}
     return row(
-        3,
+        chapter,
         kind,
         passed,
-        name=name,
-        unit=unit,
+        name=words['name'],
+        unit=words['unit'],
         inclinations_deg=tuple(inclinations_deg),
-        thesis=statement,
-        source=source,
-        criterion=criterion,
+        thesis=words['thesis'],
+        source=words['source'],
+        criterion=words['criterion'],
         values=tuple(values),
         difference=difference,
     )
@@ -102,54 +110,25 @@ def _curve_rows(bench: Bench) -> list[Row]:
         _median_forces(bench, STAGE_1, bench.curve, name)
         for name in ('toe_n', 'heel_n', 'difference_n')
     )
-    rows = [
-        _row(name, 'N', bench.curve, 'Fig. 3.4(b)', statement, how, values, passed, kind='statics')
-        for name, statement, how, values, passed in (
-            ('toe force', 'rises', RISES, toe, grows(toe)),
-            ('heel force', 'falls', FALLS, heel, grows([-value for value in heel])),
-            ('Delta', 'rises', RISES, delta, grows(delta)),
-        )
-    ]
-    off, within = delta[0] - thesis.DELTA_0_N, thesis.DELTA_0_WITHIN_N
+    off = delta[0] - thesis.DELTA_0_N
     growths = np.diff(delta) / np.diff(bench.curve)
     first, last = float(np.mean(growths[:2])), float(np.mean(growths[-2:]))
     return [
-        *rows,
-        _row(
-            'Delta on level ground',
-            'N',
-            bench.curve[:1],
-            '3.3, (3.7)',
-            f'{thesis.DELTA_0_N:g}',
-            f'within {within:g} N, a tenth of the weight',
-            delta[:1],
-            abs(off) <= within,
-            off,
-        ),
-        _row(
-            'growth of Delta over the first and the last two degrees',
-            'N/deg',
-            bench.curve,
-            'Fig. 3.10',
-            'saturates weakly',
-            'the last positive and below the first',
-            [first, last],
-            _if_enough(bench, 0.0 < last < first),
-        ),
+        _row('toe', bench.curve, toe, grows(toe), kind='statics'),
+        _row('heel', bench.curve, heel, grows([-value for value in heel]), kind='statics'),
+        _row('delta', bench.curve, delta, grows(delta), kind='statics'),
+        _row('delta_0', bench.curve[:1], delta[:1], abs(off) <= thesis.DELTA_0_WITHIN_N, off),
+        _row('saturates', bench.curve, [first, last], _if_enough(bench, 0.0 < last < first)),
     ]
 
 
 def _rows_at_limit(bench: Bench, limit_deg: float) -> list[Row]:
     share = float(bench.lifts(STAGE_1, limit_deg)['share'].median())
     heel = (1.0 - share) / 2.0
-    place = "over the weight, at stage 1's limit"
-    rows = (
-        (f'Delta {place}', '1', 'at least 0.9', share, share >= 0.9, share - 1.0),
-        (f'heel force {place}', '0', 'at most 0.05', heel, heel <= 0.05, heel),
-    )
+    at, high, low = [limit_deg], _if_enough(bench, share >= 0.9), _if_enough(bench, heel <= 0.05)
     return [
-        _row(name, '', [limit_deg], '3.2.2', statement, how, [value], _if_enough(bench, fits), off)
-        for name, statement, how, value, fits, off in rows
+        _row('delta_at_limit', at, [share], high, share - 1.0),
+        _row('heel_at_limit', at, [heel], low, heel),
     ]
 
 
@@ -165,23 +144,13 @@ def _read_back_row(bench: Bench) -> Row:
     ]
     # NaN, and so a miss, if a run fell before its forces were read
     error = float(np.max(np.abs(errors))) if errors else float('nan')
-    return _row(
-        'largest error of phi read back from Delta',
-        'deg',
-        thesis.STAGE_1_READ,
-        '3.3',
-        'Delta gives phi',
-        f'within {thesis.READ_BACK_DEG:g} deg',
-        [error],
-        error <= thesis.READ_BACK_DEG,
-        kind='statics',
-    )
+    passed = error <= thesis.READ_BACK_DEG
+    return _row('read_back', thesis.STAGE_1_READ, [error], passed, kind='statics')
 
 
 def _forces_read(bench: Bench) -> list[Row]:
     return [
-        _row('toe and heel force', 'N', [phi], 'Fig. 3.4(b)', 'not published', '', forces)
-        | {'verdict': 'unpublished'}
+        _row('forces', [phi], forces) | {'verdict': 'unpublished'}
         for phi in thesis.STAGE_1_READ
         for forces in [
             [_median_forces(bench, STAGE_1, [phi], name)[0] for name in ('toe_n', 'heel_n')]
@@ -190,41 +159,26 @@ def _forces_read(bench: Bench) -> list[Row]:
 
 
 def _rises_again(bench: Bench) -> list[Row]:
-    rows = []
-    for name, condition, slopes in (
-        ('Delta, stage 2', STAGE_2, thesis.STAGE_2_GRID),
-        ('Delta, stage 3', STAGE_3, thesis.STAGE_3_GRID),
-    ):
-        delta = _median_forces(bench, condition, slopes, 'difference_n')
-        rows.append(
-            _row(
-                name,
-                'N',
-                slopes,
-                'Fig. 3.6',
-                'rises again',
-                RISES,
-                delta,
-                grows(delta),
-                kind='statics',
-            )
+    return [
+        _row(key, slopes, delta, grows(delta), kind='statics')
+        for key, condition, slopes in (
+            ('delta_2', STAGE_2, thesis.STAGE_2_GRID),
+            ('delta_3', STAGE_3, thesis.STAGE_3_GRID),
         )
-    return rows
+        for delta in [_median_forces(bench, condition, slopes, 'difference_n')]
+    ]
 
 
 def _support_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
     """Compare how the robot tips above each limit: on one leg, the other foot is empty."""
     return [
         _row(
-            f'load on the lifted foot over the weight as it tips: {published.condition.title}',
-            '',
+            'support',
             [above_limit(limits[published.condition].mean)],
-            '3.2.1',
-            'stands on one leg up to its limit',
-            f'at most {thesis.EMPTY:g} when the last heel lifts',
             [load],
             None if isnan(load) else _if_enough(bench, load <= thesis.EMPTY),
             kind=kind_of(published.support_fitted),
+            title=published.condition.title,
         )
         for published in thesis.LIMITS
         if published.condition in loads
@@ -233,33 +187,15 @@ def _support_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
 
 
 def _overshoot_rows(bench: Bench) -> list[Row]:
-    name, source = 'largest overshoot of the pitch rate', '3.3, Fig. 3.13'
     below, beyond = (
         [degrees(median_up(bench.lifts(stage, phi), 'overshoot_rad_s')) for phi in slopes]
         for stage, slopes in ((STAGE_2, thesis.STAGE_2_GRID), (STAGE_3, thesis.STAGE_3_GRID))
     )
     slow, fast = np.diff(beyond) / np.diff(thesis.STAGE_3_GRID)
+    abrupt = fast > max(thesis.ABRUPT * slow, 0.0)
     return [
-        _row(
-            f'{name}, stage 2',
-            'deg/s',
-            thesis.STAGE_2_GRID,
-            source,
-            'grows with phi',
-            RISES,
-            below,
-            _if_enough(bench, grows(below)),
-        ),
-        _row(
-            f'{name}, stage 3',
-            'deg/s',
-            thesis.STAGE_3_GRID,
-            source,
-            f'grows abruptly beyond {thesis.ABRUPT_FROM_DEG:g} deg',
-            f'per degree at least {thesis.ABRUPT:g} times as much beyond as before',
-            beyond,
-            _if_enough(bench, fast > max(thesis.ABRUPT * slow, 0.0)),
-        ),
+        _row('overshoot_2', thesis.STAGE_2_GRID, below, _if_enough(bench, grows(below))),
+        _row('overshoot_3', thesis.STAGE_3_GRID, beyond, _if_enough(bench, abrupt)),
     ]
 
 
@@ -282,16 +218,5 @@ def conditions(published: thesis.ThesisPush) -> tuple[PushCondition, PushConditi
 def push_row(published: thesis.ThesisPush, bench: Bench) -> Row:
     """Compare the largest pushes without and with control; a record as of standing."""
     forces = bench.pushes(push_force, conditions(published))
-    return row(
-        4,
-        kind_of(published.fitted),
-        grows(forces, thesis.GROWS * forces[0]),
-        name=f'largest push from {published.direction}, no control and K_A {published.gain:g}',
-        unit='N',
-        inclinations_deg=(0.0,),
-        thesis='recovers with control',
-        source=published.source,
-        criterion=f'{thesis.GROWS:.0%} larger with control',
-        values=forces,
-        difference=None,
-    )
+    more, kind = grows(forces, thesis.GROWS * forces[0]), kind_of(published.fitted)
+    return _row('push', (0.0,), forces, more, kind=kind, chapter=4, push=published)
