@@ -10,17 +10,12 @@ import numpy as np
 from khr_bringup.node_registry import table_of as table_of_node
 from khr_common import specifications
 from khr_common.files import write_text
+from khr_common.parameters import Specification
 from khr_common.text.markdown import table, table_of
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration import ensemble
-from khr_studies.calibration.ensemble import (
-    LEAST,
-    RowInConflict,
-    constant_spreads,
-    gains,
-    missed_rows,
-)
+from khr_studies.calibration.ensemble import LEAST, constant_spreads, gains, missed_rows
 from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import Candidate, misses
 from khr_studies.calibration.plan import FreeConstant
@@ -76,20 +71,20 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         enough=enough,
         ensemble=ensemble,
         rows=_robots_table(calibration, [found.best]),
-        spread=_spread_rows(calibration),
         added=_added_rows(calibration),
-        free=_constant_rows(calibration, enough),
+        spreads=constant_spreads(plan, found),
+        published=_published,
         gaps=_gaps(calibration),
         missed=missed_rows(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=missed_rows(plan, cheapest),
         pareto=_robots_table(calibration, calibration.pareto),
-        pareto_constants=_constants_table(calibration),
-        resisting=_conflicts(calibration.resisting),
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
-        others=table_of(
-            [_fixed(name, one) for name, one in fixed_constants().items() if name not in moved]
-        ),
+        others=[
+            (name, _specification(name), one)
+            for name, one in fixed_constants().items()
+            if name not in moved
+        ],
     )
 
 
@@ -127,16 +122,6 @@ def _robots_table(calibration: Calibration, robots: Sequence[Candidate]) -> str:
     )
 
 
-def _constants_table(calibration: Calibration) -> str:
-    """Return the constants of the robots of the Pareto set."""
-    robots = calibration.pareto
-    lines = [
-        (f'`{name}`', *(f'{robot.constants[name]:g}' for robot in robots))
-        for name in calibration.plan.constants
-    ]
-    return table(['constant', *map(str, range(1, len(robots) + 1))], lines)
-
-
 def _wanted(row: Row) -> str:
     match row:
         case WantedMargin(range=(low, high)):
@@ -159,24 +144,6 @@ def _cell(row: Row, value: float, missed: bool) -> str:
     else:
         text = 'lost' if value == LOST else f'{value:.2f}'
     return f'**{text}**' if missed else text
-
-
-def _spread_rows(calibration: Calibration) -> str:
-    """Return a table of the limits over the ensemble."""
-    rows = []
-    for wanted in calibration.plan.limits:
-        values = calibration.found.measured(wanted.title).tolist()  # the best robot first
-        rows.append(
-            {
-                'condition': wanted.title,
-                'thesis, deg': f'{wanted.thesis_deg:g}',
-                'best, deg': f'{values[0]:.2f}',
-                'difference': f'{values[0] - wanted.thesis_deg:+.2f}',
-                'lowest': f'{min(values):.2f}',
-                'highest': f'{max(values):.2f}',
-            }
-        )
-    return table_of(rows)
 
 
 def _added_rows(calibration: Calibration) -> str:
@@ -202,39 +169,6 @@ def _added_rows(calibration: Calibration) -> str:
     return table_of(cells) if cells else ''
 
 
-def _constant_rows(calibration: Calibration, enough: bool) -> str:
-    """Return a table of the searched constants."""
-    rows = []
-    for name, one in constant_spreads(calibration.plan, calibration.found).iterrows():
-        constant = calibration.plan.constants[str(name)]
-        answer = 'leave it open' if one['open'] else 'determine it'
-        rows.append(
-            {
-                'constant': ', '.join(f'`{parameter}`' for parameter in constant.parameters),
-                'value': f'{one["best"]:g} {constant.unit}'.strip(),
-                'in the ensemble': f'{one["low"]:g} to {one["high"]:g}',
-                'searched': '{:g} to {:g}'.format(*constant.range),
-                'taken': f'{one["share"]:.0%}',
-                'rows': answer if enough else 'too few robots to say',
-                'published or derived': _published(constant, one['best']),
-                'source': constant.source,
-            }
-        )
-    return table_of(rows)
-
-
-def _conflicts(rows: Sequence[RowInConflict]) -> str:
-    cells = [
-        {
-            'row missed': row.row,
-            'candidates that meet it': f'{row.meeting} of {row.candidates}',
-            'the best of these misses instead': '; '.join(row.missed) or '-',
-        }
-        for row in rows
-    ]
-    return table_of(cells) if cells else ''
-
-
 def _gaps(calibration: Calibration) -> list[tuple[str, float, float, float, float]]:
     """Return the gain of control: condition, thesis, chosen robot, lowest and highest, deg."""
     limits = calibration.found.measured
@@ -254,8 +188,6 @@ def _published(constant: FreeConstant, value: float) -> str:
     return f'{constant.origin}: {text}' + (', away' if constant.is_outside(value) else '')
 
 
-def _fixed(name: str, one: dict[str, str]) -> dict[str, str]:
+def _specification(name: str) -> Specification:
     node, _, key = name.partition('.')
-    specification = specifications(table_of_node(node))[key]
-    value = f'{specification.default} {specification.unit}'.strip()
-    return {'constant': f'`{name}`', 'value': value, **one}
+    return specifications(table_of_node(node))[key]
