@@ -26,13 +26,13 @@ from khr_report.plots.plot_style import (
 )
 from khr_studies.push import motions
 from khr_studies.push.limits import LargestPushes
+from khr_studies.push.study import SOURCES, PushedBody
 
 UNCONTROLLED = ', no control'
 FORMS_EXPLAINED = (
     'as published: (4.4) as printed, tipping about the toe; physical: standing on the ankle, whose '
     'torque ends where toe or heel carries everything'
 )
-SIDES = {'behind': 'behind', 'front': 'the front'}
 OF_SIDES: dict[Direction, str] = {'behind': COLORS[0], 'front': COLORS[1]}
 LINES: dict[float, dict[str, Any]] = {  # by gain
     motions.CONTROL: {'linestyle': '-', 'linewidth': 1.8},
@@ -46,7 +46,7 @@ OWN_MODEL: dict[str, Any] = {'linestyle': '--', 'marker': ''}
 THESIS_MODEL: dict[str, Any] = {'linestyle': ':', 'marker': ''}
 
 
-def rising_force(found: list[list[motions.PushedBody]]) -> Figure:
+def rising_force(found: list[list[PushedBody]]) -> Figure:
     """Draw the pitch rate over time for several forces, without control, of models and robot."""
     figure, axes = panels(
         f"thesis's model, {TITLES['published']}",
@@ -73,7 +73,7 @@ def rising_force(found: list[list[motions.PushedBody]]) -> Figure:
     return figure
 
 
-def recovery(found: Mapping[Form, list[motions.PushedBody]]) -> Figure:
+def recovery(found: Mapping[Form, list[PushedBody]]) -> Figure:
     """Draw x_COM over time with and without control, against the band (4.7)."""
     half_foot = 1e3 * motions.LOOP.pendulum.half_foot
     figure, axes = panels(*(TITLES[form] for form in FORMS), height=4.2)
@@ -132,7 +132,7 @@ def both_directions(found: list[motions.PushedBothWays]) -> Figure:
         for each in body.pushed:
             side = 1.0 if each.direction == 'behind' else -1.0
             ahead = side * (1e3 * each.values + half_foot * math.cos(body.inclination))
-            label = f'{each.force:.2f} N from {SIDES[each.direction]}'
+            label = f'{each.force:.2f} N from {SOURCES[each.direction]}'
             look = LINES[each.gain] | {'color': OF_SIDES[each.direction]}
             _draw_until_fall(axis, each, ahead, label + UNCONTROLLED * (not each.gain), look)
         _shade(axis, -half_foot, half_foot, 'heel to toe')
@@ -161,7 +161,7 @@ def impulses_of_thesis(found: pd.DataFrame) -> Figure:
     for form, axis in zip(FORMS, axes, strict=True):
         curves = found[found['form'] == form].groupby(['duration', 'direction'], sort=False)
         for (duration, direction), curve in curves:
-            side = '' if form == 'published' else f', from {SIDES[direction]}'
+            side = '' if form == 'published' else f', from {SOURCES[direction]}'
             axis.plot(
                 curve['gain'],
                 curve['impulse'],
@@ -180,7 +180,7 @@ def impulses_of_thesis(found: pd.DataFrame) -> Figure:
 def largest_pushes(found: LargestPushes) -> Figure:
     """Draw the largest impulse over the gain, and x_COM for pushes near the largest one."""
     figure, axes = panels(
-        *(f'the largest, from {SIDES[side]}' for side in DIRECTIONS),
+        *(f'the largest, from {SOURCES[side]}' for side in DIRECTIONS),
         *(
             f'{motions.PUSHED:g} s, {share:.0%} of the limit at K_A = 0'
             for share in (motions.SURVIVED, motions.FATAL)
@@ -243,7 +243,7 @@ def _show_band(axis: Axes, found: motions.RobotAndModel) -> None:
 
 
 def _draw_until_fall(
-    axis: Axes, pushed: motions.PushedBody, place: Any, label: str, look: Mapping[str, Any]
+    axis: Axes, pushed: PushedBody, place: Any, label: str, look: Mapping[str, Any]
 ) -> None:
     axis.plot(pushed.time, place, label=label, **look)
     if pushed.fell:

@@ -113,7 +113,7 @@ def momentum(duration: float) -> Row:
     condition = PushCondition(duration=duration)
     found = largest_push(condition)
     response = push_robot(condition, IMPULSE / duration)
-    moved = 1e3 * float(response.x_com.max() - response.x_com[0])
+    moved = 1e3 * float(response.values.max() - response.values[0])
     return {
         'duration': duration,
         'survived': duration * found.survived,

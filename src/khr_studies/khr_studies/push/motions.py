@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from khr_bringup.recorded.run_signals import run_with_series
-from khr_models.checks import FORMS, Array, Form
+from khr_models.checks import FORMS, Form
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.push import DIRECTIONS, Direction, Gyro, simulate_push
@@ -17,7 +17,7 @@ from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
 from khr_studies.measuring.condition import with_engine
 from khr_studies.push.model import model_gyro, model_loop, model_push
-from khr_studies.push.study import GYROS, START, PushCondition, push_robot, stance
+from khr_studies.push.study import GYROS, START, PushCondition, PushedBody, push_robot, stance
 
 LOOP = PushLoop()  # of the thesis's model
 CONTROL = 12.0  # K_A, the thesis's
@@ -30,19 +30,6 @@ WATCHED = 2.0  # s, of pushes of 0.1 s
 PUSHED = 0.5  # s, a longer push, at which control matters most
 WATCHED_LONG = 1.6  # s, of pushes of PUSHED
 CONTROLLED = (12.0, 18.0)  # K_A, of pushes of PUSHED
-
-
-@dataclass(frozen=True, eq=False)
-class PushedBody:
-    """A body after a push."""
-
-    force: float  # of the push, N
-    time: Array  # since the start of the push, s, (N,)
-    values: Array  # pitch rate, rad/s, or x_COM, m, (N,)
-    fell: bool = False  # whether the motion ends with a fall
-    gain: float = 0.0  # K_A; 0 is no control
-    gyro: str = 'circuit'  # one of GYROS
-    direction: Direction = 'behind'  # of the push
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,17 +161,9 @@ def _push_robot(
 ) -> PushedBody:
     """Push the robot; return a part of its motion, until the mass is far beyond the foot."""
     motion = push_robot(condition, force)
-    lost = motion.time[np.abs(motion.x_com + half_foot) > BEYOND * half_foot]
+    lost = motion.time[np.abs(motion.values + half_foot) > BEYOND * half_foot]
     shown = (motion.time >= part[0]) & (motion.time < min([part[1], *lost[:1]]))
-    return PushedBody(
-        force,
-        motion.time[shown],
-        motion.x_com[shown],
-        motion.fell,
-        condition.gain,
-        condition.gyro,
-        condition.direction,
-    )
+    return replace(motion, time=motion.time[shown], values=motion.values[shown])
 
 
 def _push_its_model(condition: PushCondition, force: float) -> PushedBody:

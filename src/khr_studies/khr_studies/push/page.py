@@ -64,7 +64,7 @@ def largest_pushes(table: pd.DataFrame) -> str:
     directions = list(dict.fromkeys(table['direction']))
     bodies: list[tuple[str, str, tuple[str, ...]]] = []
     for side in directions:
-        source = 'the front' if side == 'front' else side
+        source = study.SOURCES[side]
         bodies.append((f'robot, from {source}', side, ('survived', 'fatal')))
         bodies.append((f'model of its body, from {source}', side, ('physical_robot',)))
     # These models survive as much from both sides.

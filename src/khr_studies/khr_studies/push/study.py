@@ -36,6 +36,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes
 
 START = 2.1  # s, start of the push: the robot is at rest, leant by its whole correction
+SOURCES = {'behind': 'behind', 'front': 'the front'}  # of a push, in words
 ZERO_RATE = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
@@ -83,19 +84,27 @@ class PushCondition:
         }
         return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
 
-    def scenario(self, force: float) -> Scenario:
-        """Return the scenario of a push with a force of at least 0, N."""
+    def scenario(
+        self, force: float, start: float = START, angle: float = 0.0, watch: float = WATCH
+    ) -> Scenario:
+        """Return the scenario of a push with a force of at least 0, N, from ``start``, s, on.
+
+        The force is turned to the left by an angle, deg; the run ends ``watch``, s, after the push.
+        """
         non_negative('force', force)
         base = self.base()
         if not force:
             return base
+        along, turned = self.side * force, math.radians(angle)
+        x, y = along * math.cos(turned), along * math.sin(turned) if angle else 0
         point = ','.join(f'{value:.6f}' for value in stance(base).point)
         return base.changed(
             {
+                ('simulator', 'duration'): start + self.duration + watch,
                 ('simulator', 'pushes'): [
-                    f't={START:g} duration={self.duration:g} link=base_link frame=odom '
-                    f'force={self.side * force!r},0,0 point={point}'
-                ]
+                    f't={start!r} duration={self.duration:g} link=base_link frame=odom '
+                    f'force={x!r},{y!r},0 point={point}'
+                ],
             }
         )
 
@@ -166,20 +175,24 @@ def _stance(
     )
 
 
-@dataclass(frozen=True)
-class PushResponse:
-    """The motion of the robot after a push."""
+@dataclass(frozen=True, eq=False)
+class PushedBody:
+    """A body after a push."""
 
-    time: Array  # since the start of the push, s, one value per control period
-    # horizontal distance of the centre of mass from the toes' edge, m, negative behind it. For a
-    # push from the front, it is the distance from the heels' edge with the opposite sign, as in
-    # the model's Recovery, so the band (4.7) is the same.
-    x_com: Array
-    fell: bool  # whether the robot fell
+    force: float  # of the push, N
+    time: Array  # since the start of the push, s, (N,)
+    # Pitch rate, rad/s, or x_COM, m, (N,): the horizontal distance of the centre of mass from the
+    # toes' edge, negative behind it; for a push from the front, that from the heels' edge with the
+    # opposite sign, as in the model's Recovery, so the band (4.7) is the same.
+    values: Array
+    fell: bool = False  # whether the motion ends with a fall
+    gain: float = 0.0  # K_A; 0 is no control
+    gyro: str = 'circuit'  # one of GYROS
+    direction: Direction = 'behind'  # of the push
 
 
-def push_robot(condition: PushCondition, force: float) -> PushResponse:
-    """Push the robot with a force of at least 0, N, and record its motion."""
+def push_robot(condition: PushCondition, force: float) -> PushedBody:
+    """Push the robot with a force of at least 0, N; return its motion by x_COM."""
     scenario = condition.scenario(force)
     parameters = scenario.table(RunParameters)
     rows: list[tuple[float, float]] = []
@@ -189,7 +202,8 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
 
     result = run_offline(scenario, watch)
     time, x_com = np.array(rows).T
-    return PushResponse(time, x_com, result.outcome.fell)
+    own = condition.gain, condition.gyro, condition.direction
+    return PushedBody(force, time, x_com, result.outcome.fell, *own)
 
 
 def falls(condition: PushCondition, force: float) -> bool:

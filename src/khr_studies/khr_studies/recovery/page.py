@@ -12,6 +12,7 @@ from khr_report.page.document import Bullets, Columns, Verdict, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
+from khr_studies.push.study import SOURCES
 from khr_studies.recovery import study
 from khr_studies.recovery.figure import polar_figure
 from khr_studies.recovery.pushes import CASES, GAIN, Case
@@ -167,8 +168,10 @@ def _missed(row: Row) -> str:
 
 
 def _names(case: Case) -> Row:
-    source = 'the front' if case.direction == 'front' else case.direction
-    return {'push': f'{case.duration:g} s from {source}', 'slope': f'{case.inclination:g}'}
+    return {
+        'push': f'{case.duration:g} s from {SOURCES[case.direction]}',
+        'slope': f'{case.inclination:g}',
+    }
 
 
 def _holes(row: Row) -> str:

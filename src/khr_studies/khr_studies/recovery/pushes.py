@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +13,7 @@ from khr_common.interfaces import RECOVERY_STATE
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.measuring.condition import Changes
 from khr_studies.measuring.ensemble_file import read_ensemble
-from khr_studies.push.study import START, PushCondition, bracket, largest_push, stance
+from khr_studies.push.study import START, PushCondition, bracket, largest_push
 from khr_sweeps.trial import Row
 
 ENGINES = tuple(LIBRARIES)
@@ -91,31 +90,16 @@ def watched(scenario: Scenario) -> Row:
     }
 
 
-def pushed(condition: PushCondition, impulse: float, start: float, angle: float = 0.0) -> Scenario:
-    """Return the scenario of a push, as :func:`push_once`, that begins at ``start`` s."""
-    base, force = condition.base(), condition.side * impulse / condition.duration
-    x, y = force * math.cos(math.radians(angle)), force * math.sin(math.radians(angle))
-    point = ','.join(f'{value:.6f}' for value in stance(base).point)
-    return base.changed(
-        {
-            ('simulator', 'duration'): start + condition.duration + WATCH,
-            ('simulator', 'pushes'): [
-                f't={start!r} duration={condition.duration:g} link=base_link frame=odom '
-                f'force={x!r},{y!r},0 point={point}'
-            ],
-        }
-    )
-
-
 def push_once(condition: PushCondition, impulse: float, angle: float = 0.0) -> Row:
     """Push the robot once with an impulse, N s, turned to the left by an angle, deg."""
-    return watched(pushed(condition, impulse, START, angle))
+    return watched(condition.scenario(impulse / condition.duration, START, angle, WATCH))
 
 
 def push_walk(condition: PushCondition, impulse: float, phase: float) -> Row:
     """Push the walking robot once, at a phase of its last cycle, 0 to 1; return the outcome."""
     begin, end = gait_of(condition.base().table(GaitParameters)).cycle(CYCLES)
-    return watched(pushed(condition, impulse, begin + phase * (end - begin)))
+    start, force = begin + phase * (end - begin), impulse / condition.duration
+    return watched(condition.scenario(force, start, watch=WATCH))
 
 
 def limit_of_walk(condition: PushCondition, phase: float) -> Row:

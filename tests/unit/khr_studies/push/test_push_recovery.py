@@ -52,10 +52,10 @@ def test_the_document_s_forces_are_survived_and_fatal(direction):
     assert not held.fell, 'run: python -m khr_studies.push.page docs/models.md'
     assert fallen.fell, 'run: python -m khr_studies.push.page docs/models.md'
     # (4.7): whoever stays within the foot stands, whoever falls leaves it on the pushed side.
-    assert np.all((held.x_com > -FOOT) & (held.x_com < 0.0))
+    assert np.all((held.values > -FOOT) & (held.values < 0.0))
     # At the edge it may still rock back and fall the other way; further beyond it does not.
     beyond = push_robot(condition, 1.2 * fatal)
-    assert beyond.x_com[-1] > 0.0 and np.all(beyond.x_com > -FOOT)
+    assert beyond.values[-1] > 0.0 and np.all(beyond.values > -FOOT)
 
 
 @pytest.mark.parametrize('direction', ['behind', 'front'])
@@ -65,9 +65,9 @@ def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
     before = motion.time <= 0.0
     assert before.sum() == round(START / 0.015) + 1
     distance = stance().tipping(direction)[0].half_foot
-    assert motion.x_com[before] == pytest.approx(-distance, abs=0.004)  # the play of its gears
+    assert motion.values[before] == pytest.approx(-distance, abs=0.004)  # the play of its gears
     first = (motion.time > 0.0) & (motion.time < 0.2)
-    assert np.max(motion.x_com[first]) > motion.x_com[before][-1] + 0.005
+    assert np.max(motion.values[first]) > motion.values[before][-1] + 0.005
     assert not motion.fell
     push = Push.parse(condition.scenario(5.0).table(RunParameters).pushes[0])
     assert push.force[0] == (5.0 if direction == 'behind' else -5.0)
@@ -80,12 +80,12 @@ def test_without_a_push_it_stands_still(brief, gain, gyro, most):
     """Before, its controller leans it; under the largest gain and the fastest gyro it rings."""
     motion = push_robot(PushCondition(gain=gain, duration=1.0, gyro=gyro), 0.0)
     assert not motion.fell
-    assert np.ptp(motion.x_com[motion.time >= 0.0]) < most
+    assert np.ptp(motion.values[motion.time >= 0.0]) < most
 
 
 def test_the_gyro_of_a_condition_is_in_its_loop(brief):
-    runs = [push_robot(PushCondition(gain=18.0, gyro=gyro), 6.0).x_com for gyro in GYROS]
-    runs.append(push_robot(PushCondition(gain=0.0), 6.0).x_com)
+    runs = [push_robot(PushCondition(gain=18.0, gyro=gyro), 6.0).values for gyro in GYROS]
+    runs.append(push_robot(PushCondition(gain=0.0), 6.0).values)
     for one, other in ((0, 1), (0, 2), (1, 2)):
         assert np.max(np.abs(runs[one] - runs[other])) > 1e-4
 
@@ -148,7 +148,7 @@ def test_the_legs_give_as_their_springs_do(brief):
     smooth = PLAIN_SERVOS | {'servo_friction': 0.0}
     changes = tuple((('simulator', key), value) for key, value in smooth.items())
     motion = push_robot(PushCondition(duration=1.5, changes=changes), force)
-    leant = motion.x_com[(motion.time > 1.0) & (motion.time < 1.5)].mean() - motion.x_com[0]
+    leant = motion.values[(motion.time > 1.0) & (motion.time < 1.5)].mean() - motion.values[0]
     stiffness = servo.proportional - own.pendulum.gravity_moment
     assert 1.0 < leant / (force * own.pendulum.length**2 / stiffness) < 1.3
 
