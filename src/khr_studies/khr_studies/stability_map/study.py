@@ -242,12 +242,10 @@ def stability_map(
                 f'{", ".join(request["axes"])}'
             )
     runs = run_table(results.to_pylist())
-    runs = runs[runs['stayed_up'].notna()]
     for name, value in where.items():
         _check_where(name, value, request['axes'], (x, y))
         runs = runs[runs[name] == value]
-    if runs.empty:
-        raise KhrError('no run of the sweep has an outcome; accepted: a sweep with finished runs')
+    runs = judged(runs)
     bins = int(np.clip(np.sqrt(len(runs) / RUNS_PER_CELL), 2, 20))
     (across, columns), (along, lines) = (
         _direction(name, request['axes'][name], runs[name].tolist(), bins) for name in (x, y)
@@ -270,6 +268,14 @@ def stability_map(
         request.get('bisect') == x,
         where,
     )
+
+
+def judged(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs of a sweep that have an outcome; refuse a sweep without any."""
+    found = runs[runs['stayed_up'].notna()]
+    if found.empty:
+        raise KhrError('no run of the sweep has an outcome; accepted: a sweep with finished runs')
+    return found
 
 
 def _check_where(name: str, value: Any, axes: Mapping[str, Any], used: Sequence[str]) -> None:

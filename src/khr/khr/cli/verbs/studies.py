@@ -225,10 +225,10 @@ def slope_gains(
     ] = None,
 ) -> None:
     """List the gains that hold each slope, and their cost in vibration and slip."""
-    from khr_studies.slope_gains import page, study
+    from khr_studies.stability_map import slopes
     from khr_sweeps.results.folder import read_results
 
-    slopes = study.slope_gains(read_results(folder))
-    print(page.page(slopes))
-    for path in page.write(slopes, out) if out else []:
+    found = slopes.slope_gains(read_results(folder))
+    print(slopes.page(found))
+    for path in slopes.write(found, out) if out else []:
         print(path)

@@ -3,8 +3,7 @@ import csv
 import pytest
 
 from khr_common.errors import KhrError
-from khr_studies.slope_gains.page import page, write
-from khr_studies.slope_gains.study import SLIP, VIBRATION, slope_gains
+from khr_studies.stability_map.slopes import SLIP, VIBRATION, page, slope_gains, write
 from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.trial import RESULTS
 

@@ -1,1 +1,0 @@
-"""Which gains hold which slope, and their cost in vibration and slip."""
