@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
-from math import degrees, hypot
+from math import degrees
 
 import numpy as np
 import pandas as pd
@@ -182,22 +182,16 @@ def compared_limits(runs: pd.DataFrame) -> pd.DataFrame:
         ``difference`` (second minus first), ``scatter`` (both intervals together), and ``inside``:
         whether the difference does not exceed the scatter.
     """
-    table = limits_of(runs[runs['change'] == UNCHANGED])
-    found = []
-    for condition, pair in table.groupby('condition', sort=False):
-        means, halves = (pair.set_index('engine')[name] for name in ('mean', 'half_width'))
-        difference, scatter = means[ENGINES[1]] - means[ENGINES[0]], hypot(*halves)
-        found.append(
-            {
-                'condition': condition,
-                **means,
-                **halves.add_suffix('_half_width'),
-                'difference': difference,
-                'scatter': scatter,
-                'inside': abs(difference) <= scatter,
-            }
-        )
-    return pd.DataFrame(found)
+    limits = limits_of(runs[runs['change'] == UNCHANGED]).drop(columns='change')
+    wide = limits.pivot(index='condition', columns='engine').loc[limits['condition'].unique()]
+    first, second = (wide['mean'][engine] for engine in ENGINES)
+    found = (
+        wide['mean']
+        .join(wide['half_width'].add_suffix('_half_width'))
+        .assign(difference=second - first, scatter=np.hypot(*wide['half_width'].to_numpy().T))
+    )
+    found['inside'] = found['difference'].abs() <= found['scatter']
+    return found.reset_index()
 
 
 def causes_of(runs: pd.DataFrame, limit: Row) -> pd.DataFrame:

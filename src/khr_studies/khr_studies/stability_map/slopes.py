@@ -1,4 +1,4 @@
-"""``khr slope-gains``: the gains that hold each slope of a sweep, as a table and as CSV."""
+"""``khr gains``: the gains that hold each slope of a sweep, as a table and as CSV."""
 
 from __future__ import annotations
 

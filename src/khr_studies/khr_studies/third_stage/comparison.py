@@ -153,6 +153,7 @@ def compare_with_model(plane: Plane) -> ModelComparison:
     )
 
 
+@cache
 def growth(scale: float, time: float, hip_gain: float) -> float:
     """Return the growth rate of the model's worst motion on the flat, on two feet, 1/s."""
     return loop_at(Setting(scale, time, hip_gain), 2).growth

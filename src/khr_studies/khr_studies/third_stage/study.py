@@ -28,6 +28,7 @@ from khr_studies.measuring.bench import lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure, read_table
+from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, STAGE_2, STAGE_3
 from khr_sweeps.trial import Row
 
 Array = NDArray[np.float64]
@@ -35,11 +36,12 @@ STEP = 1.9  # deg, of the slope: its multiples meet the thesis's 3.8, 7.6 and 9.
 HIGHEST_DEG = 7 * STEP
 HALVINGS = 3  # of the last step: to a quarter of a degree
 OVERSHOOT_AT = 2  # steps: the overshoot is measured at 3.8 deg
-ANKLE_GAIN, HIP_GAIN = 12.0, 13.0  # the thesis's
+ANKLE_GAIN, HIP_GAIN = STAGE_3.ankle_gain, STAGE_3.hip_gain  # the thesis's
 SCALES = (0.001, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005, 0.0055, 0.006, 0.007, 0.008)
 TIMES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # s; the scales are in V/N
 CHECKED = ((0.0045, 0.5), (0.005, 0.5), (0.003, 0.3), (0.007, 0.7))  # on the other engine
-THESIS = (6.4, 7.6, 9.6)  # deg, the limits of the three stages
+STAGES = (STAGE_1, STAGE_2, STAGE_3)
+THESIS = tuple(row.thesis_deg for row in LIMITS if row.condition in STAGES)  # their limits, deg
 WITHIN = 0.7  # deg, largest miss of a limit that counts as met
 WORTH = 0.7  # deg, least gain of a limit that counts as an effect of the hip
 ROOT = Path('runs/stage3')
