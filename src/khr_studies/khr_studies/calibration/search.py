@@ -103,7 +103,12 @@ class Proposals:
     def ask(self) -> list[dict[str, float]]:
         """Return the constants of the candidates of the next generation."""
         if self._best is None:
-            self._shares = [*self._placed(), *self._latin_hypercube()]
+            plan = self._search.plan
+            placed = [
+                np.array([one.share(each[name]) for name, one in plan.constants.items()])
+                for each in plan.placed
+            ]
+            self._shares = [*placed, *self._latin_hypercube()]
         else:
             if self._optimiser is None or self._optimiser.stop():
                 self._optimiser = self._new_optimiser()
@@ -130,13 +135,6 @@ class Proposals:
         parents = self._search.population // 2
         if len(self._complete) >= parents:
             self.prune_above = min(PRUNE_ABOVE, self._complete[parents - 1])
-
-    def _placed(self) -> list[Any]:
-        constants = self._search.plan.constants
-        return [
-            np.array([constant.share(one[name]) for name, constant in constants.items()])
-            for one in self._search.plan.placed
-        ]
 
     def _latin_hypercube(self) -> list[Any]:
         number = len(self._search.plan.constants)

@@ -152,7 +152,9 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
         of_runs = [number for number in plan.figures if FIGURES[number].experiments]
         for number in (each for each in plan.figures if each not in of_runs):
             follow(*start_figure(pool, plan, number, out))
-        bench = _bench(kept, plan)
+        settings = with_engine(plan.engine) if plan.engine != engines.DEFAULT else ()
+        seeds, tolerance, curve = FAST if plan.fast else FULL
+        bench = Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)
         if plan.scoreboard:
             submit_all(bench, explain=not plan.fast)
         computed = Computed(experiments.run_open(pool, sweeps, bar))
@@ -234,9 +236,3 @@ def _findings(
 def _map(table: pd.DataFrame, sweep: Sweep) -> MapResult:
     name = next(axis for axis in sweep.axes if axis != INCLINATION)
     return map_result(table[table['experiment'] == sweep.name], name, bool(sweep.bisect))
-
-
-def _bench(kept: KeptJobs, plan: ExperimentPlan) -> Bench:
-    seeds, tolerance, curve = FAST if plan.fast else FULL
-    settings = with_engine(plan.engine) if plan.engine != engines.DEFAULT else ()
-    return Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)

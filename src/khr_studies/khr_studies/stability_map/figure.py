@@ -64,7 +64,9 @@ def figure(counted: StabilityMap) -> Figure:
         _critical(panel, counted)
         _best(panel, counted)
     _imply(axes[0, 0], counted)
-    _hatch(axes[0, 0], counted)
+    for row, column in np.argwhere(counted.split()):
+        x, y = counted.x.edges[column : column + 2], counted.y.edges[row : row + 2]
+        axes[0, 0].fill_between(x, y[0], y[1], facecolor='none', **SPLIT)
     for panel in axes[-1]:
         panel.set_xlabel(counted.x.title)
     for panel in axes[:, 0]:
@@ -107,12 +109,6 @@ def _ticks(axis: Any, direction: Direction) -> None:
             direction.places,
             [f'{label:g}' if direction.numeric else str(label) for label in direction.labels],
         )
-
-
-def _hatch(panel: Axes, counted: StabilityMap) -> None:
-    for row, column in np.argwhere(counted.split()):
-        x, y = counted.x.edges[column : column + 2], counted.y.edges[row : row + 2]
-        panel.fill_between(x, y[0], y[1], facecolor='none', **SPLIT)
 
 
 def _imply(panel: Axes, counted: StabilityMap) -> None:

@@ -173,7 +173,8 @@ def _soles(
     steepest, *gentler = sorted({phi for phi, each in walks if each == of}, reverse=True)
     survived = (phi for phi in gentler if _any_up(walks[phi, of]) and _any_up(walks[phi, rubber]))
     shown = [steepest, next(survived, gentler[-1])]
-    titles = [title for phi in shown for title in _sole_titles(phi, more)]
+    panel_ends = '', f', {gains_label(more)}', ', phase', ', slip'
+    titles = [f'φ = {phi:g}°{end}' for phi in shown for end in panel_ends]
     figure, axes = panels(*titles, columns=2, height=8.4)
     size = len(axes) // len(shown)
     for index, phi in enumerate(shown):
@@ -193,11 +194,6 @@ def _soles(
         _lost_note(lost),
     )
     return figure
-
-
-def _sole_titles(phi: float, more: Condition) -> list[str]:
-    slope = f'φ = {phi:g}°'
-    return [slope, f'{slope}, {gains_label(more)}', f'{slope}, phase', f'{slope}, slip']
 
 
 def _draw_soles(
