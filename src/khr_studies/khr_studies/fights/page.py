@@ -69,7 +69,7 @@ def page(runs: pd.DataFrame, name: str) -> str:
     every = compared(cells)
     quick = [row for row in every if row['engine'] == QUICK]
     gains = {
-        gain: [row for row in quick if row['column'].endswith('_ka') and row['having'] == gain]
+        gain: [row for row in quick if row['column'].endswith('_ka') and row['with_value'] == gain]
         for gain in GAINS[1:]
     }
     example = Fight(SHOVE, JUDGED, JUDGED, STAND).settings(1)
@@ -158,10 +158,10 @@ def _difference(value: tuple[float, float, float]) -> str:
 
 def _means(row: Row) -> str:
     if row['column'] == 'stance':
-        return f'{row["having"]} instead of {row["without"]}'
+        return f'{row["with_value"]} instead of {row["without"]}'
     if row['column'] == 'recovery':
         return 'recovery step'
-    return _gain(row['having'])
+    return _gain(row['with_value'])
 
 
 def _fight(row: Row) -> str:

@@ -164,7 +164,7 @@ class Means(NamedTuple):
     robot: str
     column: str
     without: Any
-    having: Any
+    with_value: Any
 
 
 MEANS = (
@@ -179,8 +179,8 @@ def compared(cells: pd.DataFrame) -> list[Row]:
 
     Returns:
         For each pair the row of the cell with the means, extended by the comparison: ``robot``,
-        ``column``, ``without``, ``having``, ``won`` and ``lost`` (difference of the shares with its
-        interval), ``effect``.
+        ``column``, ``without``, ``with_value``, ``won`` and ``lost`` (difference of the shares with
+        its interval), ``effect``.
     """
     table = {tuple(row[name] for name in CELL): row for row in cells.to_dict('records')}
     found = []
@@ -188,7 +188,7 @@ def compared(cells: pd.DataFrame) -> list[Row]:
         place = CELL.index(means.column)
         for key, row in table.items():
             before = table.get((*key[:place], means.without, *key[place + 1 :]))
-            if key[place] == means.having and before is not None:
+            if key[place] == means.with_value and before is not None:
                 found.append({**row, **means._asdict(), **_differences(means.robot, before, row)})
     return found
 
@@ -226,5 +226,5 @@ def judged(comparisons: list[Row]) -> list[Row]:
     return [
         row
         for row in comparisons
-        if row['column'].endswith('_ka') and row['having'] == JUDGED and row['engine'] == QUICK
+        if row['column'].endswith('_ka') and row['with_value'] == JUDGED and row['engine'] == QUICK
     ]

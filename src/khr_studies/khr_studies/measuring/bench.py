@@ -30,7 +30,7 @@ from khr_studies.measuring.critical import (
     search_limit,
 )
 from khr_studies.measuring.run_table import run_table
-from khr_studies.measuring.thesis_values import F_0, SINGLE, STAGE_1_GRID
+from khr_studies.measuring.thesis_values import F_0, SECOND_PEAK_MOST, STAGE_1_GRID
 from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
@@ -50,7 +50,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
         of a step before the torso tipped; ``dominated``, whether more than half of the power of
         the true pitch rate lies above 4 Hz. Of that rate over Gait-3 ``amplitude_rad_s`` (root
         mean square), ``peaks_hz`` (largest first; empty unless the robot stayed up),
-        ``single``, whether no other peak reaches ``SINGLE`` of the largest, and
+        ``single``, whether no other peak reaches ``SECOND_PEAK_MOST`` of the largest, and
         ``extra_peak_hz``, the largest peak above f_0 that is no multiple of it. ``early`` and
         ``late`` are the correlations of cycles 1 and 2, and of 3 and 4.
     """
@@ -95,7 +95,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
         'amplitude_rad_s': float(np.sqrt(np.mean(gait_3**2))),
         'peaks_hz': [peak.frequency for peak in peaks],
         'single': len(peaks) > 0
-        and all(peak.amplitude < SINGLE * peaks[0].amplitude for peak in peaks[1:]),
+        and all(peak.amplitude < SECOND_PEAK_MOST * peaks[0].amplitude for peak in peaks[1:]),
         'extra_peak_hz': next(extra, None),
         'early': _correlation(of_cycles[:2]),
         'late': _correlation(of_cycles[2:4]),

@@ -17,16 +17,18 @@ THEORY_DEG = 5.7  # phi_cr,theo, (3.10)
 READ_BACK_DEG = 0.5  # of phi read back from Delta
 LINE_HZ = 0.22  # of a published peak: half a bin of one gait cycle
 SHOWN = 4  # largest peaks of a spectrum, among which a published one must be
-SINGLE = 0.5  # of a single dominant peak; no other peak reaches this share of its amplitude
-ALIKE = 0.9  # smallest correlation of two cycles that are "quite identical"
+SECOND_PEAK_MOST = (
+    0.5  # of a single dominant peak; no other peak reaches this share of its amplitude
+)
+ALIKE_CORRELATION = 0.9  # smallest correlation of two cycles that are "quite identical"
 # The thesis gives slip in words. A robot slips if a step slides twice as far as on any slope where
 # the thesis mentions no slip yet, and by a visible distance.
-SLIPS, SEEN_MM = 2.0, 2.8
-GROWS = 0.1  # smallest growth of a trend that counts, over the first value
+SLIPS, VISIBLE_SLIDE_MM = 2.0, 2.8
+LEAST_GROWTH = 0.1  # smallest growth of a trend that counts, over the first value
 
 # Standing: the lifted foot carries no load where the robot tips on one leg.
 ABOVE_LIMIT_DEG = 0.3  # where the tipping is observed
-EMPTY = 0.05  # largest load of an empty foot, over the weight
+EMPTY_FOOT_MOST = 0.05  # largest load of an empty foot, over the weight
 DELTA_0_N = 0.13  # Delta on level ground, from th_A0 = 0.05 deg by (3.7)
 DELTA_0_WITHIN_N = 1.5  # a tenth of the weight
 ABRUPT = 2.0  # least ratio of the growths beyond and below 7.6 deg
@@ -82,7 +84,7 @@ class ThesisTrend:
     source: str  # figure or section of the thesis
     quantity: Quantity  # that grows
     walks: tuple[tuple[Condition, float], ...]  # conditions and inclinations, deg
-    least: float = GROWS  # smallest growth that counts, over the first value
+    least: float = LEAST_GROWTH  # smallest growth that counts, over the first value
     fitted: bool = False  # whether the calibration used it
 
 

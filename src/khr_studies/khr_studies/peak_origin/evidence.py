@@ -44,12 +44,12 @@ class Evidence:
         return bool(self.speaks_against) and origin not in self.speaks_against
 
 
-def _only(words: str, *origins: Origin) -> Evidence:
+def _speaks_for(words: str, *origins: Origin) -> Evidence:
     """Return evidence for some origins that excludes the others."""
     return Evidence(frozenset(origins), frozenset(ORIGINS) - {*origins}, words)
 
 
-def _not(words: str, *origins: Origin) -> Evidence:
+def _excludes(words: str, *origins: Origin) -> Evidence:
     """Return evidence that only excludes some origins."""
     return Evidence(frozenset(), frozenset(origins), words)
 
@@ -154,7 +154,7 @@ def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
         words = f'on line {peak.line} of the cycle'
         return Evidence(frozenset({'gait'}), frozenset(), words)
     words = f'between the lines, n = {base.order(peak.frequency):.2f}'
-    return _only(words, 'feedback', 'slipping')
+    return _speaks_for(words, 'feedback', 'slipping')
 
 
 def _repeats(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
@@ -163,7 +163,7 @@ def _repeats(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence
     words = f'{locked:.0%} of its power repeats in every cycle'
     if locked >= LOCKED:
         return Evidence(frozenset({'gait'}), frozenset(), words)
-    return _not(words, 'gait')
+    return _excludes(words, 'gait')
 
 
 def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -177,10 +177,10 @@ def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence |
         return None
     decided = {each for each in kept if each}
     if decided == {'n'}:
-        return _only('stays at its n with another cycle', 'gait')
+        return _speaks_for('stays at its n with another cycle', 'gait')
     if decided == {'Hz'}:
-        return _only('stays at its frequency with another cycle', 'feedback', 'slipping')
-    return _not('another cycle does not show whether n or Hz stays')
+        return _speaks_for('stays at its frequency with another cycle', 'feedback', 'slipping')
+    return _excludes('another cycle does not show whether n or Hz stays')
 
 
 def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
@@ -223,20 +223,20 @@ def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
         f'{other.label} {each}' for (_, other), each in zip(pairs, found, strict=True)
     )
     if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for each in found):
-        return _only(f'comes or goes with the gain: {words}', 'feedback')
+        return _speaks_for(f'comes or goes with the gain: {words}', 'feedback')
     if any(each.changed for each in found):
         words = f'grows or shrinks with the gain: {words}'
         # The loop filters the motion of the gait, so a line of the gait may change as well.
-        return _not(words) if peak.line is not None else _only(words, 'feedback')
+        return _excludes(words) if peak.line is not None else _speaks_for(words, 'feedback')
     if not any(np.isfinite(each.low) for each in found):
-        return _not(f'one seed shows no scatter: {words}')
-    return _not(f'the gain does not matter beyond the seeds: {words}', 'feedback')
+        return _excludes(f'one seed shows no scatter: {words}')
+    return _excludes(f'the gain does not matter beyond the seeds: {words}', 'feedback')
 
 
 def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Test whether it remains without feedback."""
     if not base.treatment.controlled:
-        return _not('there is no feedback', 'feedback')
+        return _excludes('there is no feedback', 'feedback')
     pairs = _pairs(
         peak, base, others, GAINS, lambda one, other: one.controlled and not other.controlled
     )
@@ -258,8 +258,8 @@ def _removed(peak: TracedPeak, pairs: Pairs, words: str, origin: Origin) -> Evid
     found = _ratios(peak, pairs)
     text = f'{words} {", ".join(map(str, found))}'
     if any(each.vanished for each in found):
-        return _only(f'vanishes {text}', origin)
-    return _not(f'stays {text}', origin)
+        return _speaks_for(f'vanishes {text}', origin)
+    return _excludes(f'stays {text}', origin)
 
 
 def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
@@ -267,10 +267,10 @@ def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     coherence, limit = base.slip_coherence(peak.frequency)
     words = f'coherence with the slip speed {coherence:.2f}, independent noise stays below {limit:.2f} (99 %)'
     if coherence <= limit:
-        return _not(words, 'slipping')
+        return _excludes(words, 'slipping')
     if base.locked_share(peak.frequency) >= LOCKED:
-        return _not(f'{words}, but most of it repeats in every cycle')
-    return _only(words, 'slipping')
+        return _excludes(f'{words}, but most of it repeats in every cycle')
+    return _speaks_for(words, 'slipping')
 
 
 EXPERIMENTS: dict[str, Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None]] = {

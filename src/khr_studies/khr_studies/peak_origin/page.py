@@ -26,7 +26,7 @@ from khr_studies.peak_origin.thesis_peaks import (
 )
 
 SPAN = 11.0  # Hz, range of possible control frequencies
-NEAR = 0.05  # distance from a line, in lines
+LINE_DISTANCE = 0.05  # distance from a line, in lines
 
 
 def blocks(found: PeakStudy) -> list[Block]:
@@ -53,7 +53,7 @@ def blocks(found: PeakStudy) -> list[Block]:
             origin=origin,
             highest=HIGHEST,
             span=SPAN,
-            near=NEAR,
+            near=LINE_DISTANCE,
             line_hz=LINE_HZ,
         ),
         f'Dropped runs, in which the robot did not stay up: {found.lost}.',

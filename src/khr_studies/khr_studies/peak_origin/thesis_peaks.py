@@ -21,7 +21,7 @@ from khr_sweeps.trial import Row
 
 LEAST = 2.0  # smallest growth of the amplitude that counts
 SMOOTHED = 3  # width of the moving average, in spacings of the lines
-NEAR = (0.9, 2.0)  # range of compared gains, relative to the published gain
+COMPARED_GAINS = (0.9, 2.0)  # range of compared gains, relative to the published gain
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,9 @@ def judge_peak(
         band
         for band in bands
         if band.loop == peak.loop
-        and NEAR[0] <= getattr(band.more.treatment, gain) / getattr(peak, gain) <= NEAR[1]
+        and COMPARED_GAINS[0]
+        <= getattr(band.more.treatment, gain) / getattr(peak, gain)
+        <= COMPARED_GAINS[1]
     )
     wanted = {
         'cycle_period': GAIT_PERIOD,

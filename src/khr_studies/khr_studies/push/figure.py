@@ -148,7 +148,7 @@ def both_directions(found: list[motions.PushedBothWays]) -> Figure:
         'Figure 4.12: pushes of 0.1 s from both sides, with and without control',
         f'thick: K_A = {motions.CONTROL:g}; thin and dotted: no control; x: it falls; shaded: the foot',
         'forces: of the models, between the limits without and with control; of the robot, '
-        f'{motions.FATAL:g} times the limit of its model without control; pushed from the front, the '
+        f'{motions.JUST_ABOVE:g} times the limit of its model without control; pushed from the front, the '
         'simulated robot may fall by its own control, which throws it over the toes',
     )
     return figure
@@ -183,7 +183,7 @@ def largest_pushes(found: LargestPushes) -> Figure:
         *(f'the largest, from {SOURCES[side]}' for side in DIRECTIONS),
         *(
             f'{motions.PUSHED:g} s, {share:.0%} of the limit at K_A = 0'
-            for share in (motions.SURVIVED, motions.FATAL)
+            for share in (motions.JUST_BELOW, motions.JUST_ABOVE)
         ),
         columns=2,
         height=6.0,

@@ -19,11 +19,11 @@ from khr_sim.physics import engines
 from khr_studies.measuring.condition import Changes, stiffer_pid, with_engine
 from khr_studies.push.model import BODIES, model_loop, model_push
 from khr_studies.push.motions import (
-    FATAL,
+    JUST_ABOVE,
+    JUST_BELOW,
     LOOP,
     PUSHED,
     SLOPES,
-    SURVIVED,
     RobotAndModel,
     largest_with_circuit,
     near_limit,
@@ -184,7 +184,7 @@ def largest_pushes(
     limit = largest_push(alone).middle
     return LargestPushes(
         pd.DataFrame([measure_push(each) for each in tried]),
-        [near_limit(alone, share * limit) for share in (SURVIVED, FATAL)],
+        [near_limit(alone, share * limit) for share in (JUST_BELOW, JUST_ABOVE)],
     )
 
 

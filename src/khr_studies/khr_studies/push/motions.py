@@ -25,7 +25,7 @@ LASTING = 1.0  # s, longer than the robot takes to fall
 SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, the force that lifts the heel
 SLOPES = (0.0, math.radians(2.0))  # of the model that is pushed from both sides
 BEYOND = 1.1  # of half a foot, end of the robot's curves
-SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
+JUST_BELOW, JUST_ABOVE = 0.97, 1.03  # of the largest push without control
 WATCHED = 2.0  # s, of pushes of 0.1 s
 PUSHED = 0.5  # s, a longer push, at which control matters most
 WATCHED_LONG = 1.6  # s, of pushes of PUSHED
@@ -95,10 +95,10 @@ def recovery() -> dict[Form, list[PushedBody]]:
     for form in FORMS:
         loop = replace(LOOP, form=form)
         without, limit = _limits(loop, 'behind')
-        between = 0.5 * (without + limit) if limit > without else FATAL * without
+        between = 0.5 * (without + limit) if limit > without else JUST_ABOVE * without
         found[form] = [
             _push_model(loop, setting, force)
-            for force in (SURVIVED * without, between)
+            for force in (JUST_BELOW * without, between)
             for setting in (0.0, CONTROL)
         ]
     return found
@@ -122,7 +122,7 @@ def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
     pushed = []
     for direction in DIRECTIONS:
         of = replace(alone, direction=direction)
-        force = FATAL * model_push(of, 'physical', 'robot')
+        force = JUST_ABOVE * model_push(of, 'physical', 'robot')
         pushed += [
             _push_robot(
                 replace(of, gain=setting, gyro='circuit'), force, (0.0, WATCHED), half_foot
@@ -135,7 +135,7 @@ def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
 def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
     """Push robot and model above the model's limit without control, with several gains."""
     alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
-    force = FATAL * model_push(alone, 'physical', 'robot')
+    force = JUST_ABOVE * model_push(alone, 'physical', 'robot')
     tried = [replace(alone, gain=gain, gyro='circuit') for gain in (0.0, *CONTROLLED)]
     return RobotAndModel(
         force,

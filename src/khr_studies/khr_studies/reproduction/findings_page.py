@@ -23,7 +23,7 @@ QUESTION = (
     'the gyro to the hips, raises that limit and causes vibration. Does a simulated robot with '
     'published constants and a few fitted ones behave in the same way?'
 )
-NOTHING = 'No row.'
+NO_ROW = 'No row.'
 
 
 def _outcome(row: Row, sole: str) -> str:
@@ -129,7 +129,7 @@ def _answer(findings: Findings) -> str:
 def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
     """Return the tables of the rows with a verdict."""
     if board is None:
-        return (NOTHING,)
+        return (NO_ROW,)
     limits = dict(scoreboard.LIMIT_COLUMNS)
     if verdict == 'missed' and board.explanations:
         best = {each['condition']: scoreboard.closest(each) for each in board.explanations}
@@ -202,7 +202,7 @@ def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
     found = tuple(
         Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
     )
-    return found or (NOTHING,)
+    return found or (NO_ROW,)
 
 
 def _raised(found: Sequence[Row]) -> str:

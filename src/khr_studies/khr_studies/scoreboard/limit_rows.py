@@ -12,7 +12,7 @@ from khr_models.thesis import INITIAL_LEAN
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import Limit
-from khr_studies.measuring.thesis_values import EMPTY, LIMITS, ORDERS, THEORY_DEG
+from khr_studies.measuring.thesis_values import EMPTY_FOOT_MOST, LIMITS, ORDERS, THEORY_DEG
 from khr_studies.scoreboard.rows import ENOUGH, grows, kind_of, row
 from khr_sweeps.trial import Row
 
@@ -27,7 +27,7 @@ Loads = Mapping[Condition, float]
 
 
 def limit_rows(
-    limits: Limits, others: Limits, spread: Spread, loads: Loads, on_one_leg: Limits
+    limits: Limits, on_other_engine: Limits, spread: Spread, loads: Loads, on_one_leg: Limits
 ) -> list[Row]:
     """Compare the critical inclinations.
 
@@ -35,7 +35,7 @@ def limit_rows(
 
     Args:
         limits: of the simulated robot.
-        others: the same on the other physics engine.
+        on_other_engine: the same on the other physics engine.
         spread: lowest and highest limit of the robots of the ensemble, deg, by the title of the
             condition.
         loads: on the lifted foot as the robot tips, over the weight, of the limits of standing;
@@ -50,16 +50,17 @@ def limit_rows(
     """
     rows = []
     for published in LIMITS:
-        limit, other = limits[published.condition], others[published.condition]
+        limit, other = limits[published.condition], on_other_engine[published.condition]
         ensemble = spread.get(published.condition.title)
         half = half_width(limit, other, ensemble)
+        agreed = agrees(limit.mean - published.thesis_deg, half)
         load = loads.get(published.condition, 0.0)
         one_leg = on_one_leg.get(published.condition)
         rows.append(
             row(
                 published.chapter,
                 kind_of(published.fitted),
-                False if load > EMPTY else agrees(limit.mean - published.thesis_deg, half),
+                False if load > EMPTY_FOOT_MOST else agreed,
                 condition=published.condition.title,
                 source=published.source,
                 thesis_deg=published.thesis_deg,
@@ -138,7 +139,7 @@ def theory_row() -> Row:
     )
 
 
-def order_rows(limits: Limits, others: Limits) -> list[Row]:
+def order_rows(limits: Limits, on_other_engine: Limits) -> list[Row]:
     """Compare the order of the limits; it passes if it holds on both engines.
 
     It misses if one engine contradicts it by more than the seeds scatter, or both contradict it by
@@ -149,7 +150,7 @@ def order_rows(limits: Limits, others: Limits) -> list[Row]:
     """
     rows = []
     for motion, conditions in ORDERS:
-        both = [[of[condition] for condition in conditions] for of in (limits, others)]
+        both = [[of[condition] for condition in conditions] for of in (limits, on_other_engine)]
         found = [_in_order(of_engine) for of_engine in both]
         means = [tuple(limit.mean for limit in of_engine) for of_engine in both]
         enough = all(len(limit.of_seeds) >= ENOUGH for of in both for limit in of)

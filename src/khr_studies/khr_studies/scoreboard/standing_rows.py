@@ -176,7 +176,7 @@ def _support_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
             'support',
             [above_limit(limits[published.condition].mean)],
             [load],
-            None if isnan(load) else _if_enough(bench, load <= thesis.EMPTY),
+            None if isnan(load) else _if_enough(bench, load <= thesis.EMPTY_FOOT_MOST),
             kind=kind_of(published.support_fitted),
             title=published.condition.title,
         )
@@ -218,5 +218,5 @@ def conditions(published: thesis.ThesisPush) -> tuple[PushCondition, PushConditi
 def push_row(published: thesis.ThesisPush, bench: Bench) -> Row:
     """Compare the largest pushes without and with control; a record as of standing."""
     forces = bench.pushes(push_force, conditions(published))
-    more, kind = grows(forces, thesis.GROWS * forces[0]), kind_of(published.fitted)
+    more, kind = grows(forces, thesis.LEAST_GROWTH * forces[0]), kind_of(published.fitted)
     return _row('push', (0.0,), forces, more, kind=kind, chapter=4, push=published)

@@ -108,17 +108,17 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     """Measure the scoreboard on a bench; see :func:`scoreboard`."""
     submit_all(bench, explain)
     limits = {row.condition: bench.limit(row.condition) for row in thesis.LIMITS}
-    others = {
+    on_other_engine = {
         row.condition: bench.limit(bench.on_other_engine(row.condition)) for row in thesis.LIMITS
     }
     loads = lifted_loads(bench, limits)
     slips = slips_from_mm(bench)
     on_one_leg = {each: bench.limit(each, job=one_leg_limit_of_seed) for each in STANDING}
-    rows = limit_rows(limits, others, bench.spread, loads, on_one_leg)
+    rows = limit_rows(limits, on_other_engine, bench.spread, loads, on_one_leg)
     return Scoreboard(
         bench.seeds,
         [*rows, theory_row()],
-        order_rows(limits, others),
+        order_rows(limits, on_other_engine),
         [
             *standing_rows(bench, limits, loads),
             *(push_row(published, bench) for published in thesis.PUSHES),

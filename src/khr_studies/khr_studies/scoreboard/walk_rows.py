@@ -22,7 +22,9 @@ COLUMNS = {
 
 
 def walk_row(
-    published: thesis.ThesisWalk, walks: pd.DataFrame, slips_from_mm: float = thesis.SEEN_MM
+    published: thesis.ThesisWalk,
+    walks: pd.DataFrame,
+    slips_from_mm: float = thesis.VISIBLE_SLIDE_MM,
 ) -> Row:
     """Compare one walk.
 
@@ -75,7 +77,7 @@ def criterion(published: thesis.ThesisWalk) -> str:
     words += ['no other peak above half of it'] if published.single else []
     words += [f'no peak in {_range(gone)}' for gone in published.gone]
     words += (
-        [f'cycles 3 and 4 correlate by {thesis.ALIKE:g} and more than 1 and 2']
+        [f'cycles 3 and 4 correlate by {thesis.ALIKE_CORRELATION:g} and more than 1 and 2']
         if published.alike
         else []
     )
@@ -85,7 +87,7 @@ def criterion(published: thesis.ThesisWalk) -> str:
 def slips_from_mm(bench: Bench) -> float:
     """Return the slide per step at which the robot slips, mm; NaN if it cannot be measured."""
     slides = [median_up(bench.walks(*walk), 'slide_mm') for walk in thesis.UNSLIPPED]
-    return max(thesis.SLIPS * float(pd.Series(slides).max(skipna=False)), thesis.SEEN_MM)
+    return max(thesis.SLIPS * float(pd.Series(slides).max(skipna=False)), thesis.VISIBLE_SLIDE_MM)
 
 
 def trend_row(published: thesis.ThesisTrend, bench: Bench) -> Row:
@@ -147,7 +149,7 @@ def _differences(
         yield 'does not vibrate' if published.vibrates else 'vibrates'
     yield from _spectral_differences(published, walks[walks['stayed_up']])
     early, late = (median_up(walks, name) for name in ('early', 'late'))
-    if published.alike and not late >= max(early, thesis.ALIKE):
+    if published.alike and not late >= max(early, thesis.ALIKE_CORRELATION):
         yield 'cycles 3 and 4 are not alike'
 
 

@@ -107,7 +107,7 @@ def test_cells_are_compared_that_differ_in_one_means_alone():
         (Fight(SHOVE, 12.0, 12.0, 'stand', True), 'r' * 9 + 'd' * 11),
     )
     found = {
-        (row['bout'], row['robot'], row['column'], row['having']): row['effect']
+        (row['bout'], row['robot'], row['column'], row['with_value']): row['effect']
         for row in compared(counted(table))
     }
     assert found == {

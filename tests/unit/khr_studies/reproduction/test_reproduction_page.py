@@ -104,7 +104,7 @@ def test_opposite_outcomes_give_opposite_findings():
     for row in TRENDS:
         assert row.name in agrees[CONFIRMS]
         assert row.name in differs[CONTRADICTS]
-    assert agrees[CONTRADICTS] == findings_page.NOTHING
+    assert agrees[CONTRADICTS] == findings_page.NO_ROW
     assert '| toe force |' in differs[CONTRADICTS]
     assert '| gait line 6: the gait | high |' in agrees[ADDS]
     assert findings_page.blocks(findings())[1].startswith(

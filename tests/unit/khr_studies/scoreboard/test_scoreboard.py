@@ -20,13 +20,13 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START, STEP, Limit
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import (
-    EMPTY,
+    EMPTY_FOOT_MOST,
     LIMITS,
-    SEEN_MM,
     STAGE_1,
     STAGE_1_READ,
     STAGE_2,
     STAGE_3,
+    VISIBLE_SLIDE_MM,
     ThesisTrend,
     ThesisWalk,
     walking,
@@ -317,7 +317,7 @@ def test_trend_grows_noticeably_at_the_inclinations_of_the_thesis(slides, least,
 
 def test_slip_is_twice_the_slide_of_any_walk_without_slip():
     assert slips_from_mm(Walks({0.0: 0.001, 3.0: 0.005, 5.55: 0.002, 6.99: 0.001})) == 10.0
-    assert slips_from_mm(Walks(dict.fromkeys((0.0, 3.0, 5.55, 6.99), 1e-4))) == SEEN_MM
+    assert slips_from_mm(Walks(dict.fromkeys((0.0, 3.0, 5.55, 6.99), 1e-4))) == VISIBLE_SLIDE_MM
     assert not isfinite(slips_from_mm(Walks({0.0: None, 3.0: 0.005, 5.55: 0.002, 6.99: 0.001})))
 
 
@@ -441,8 +441,8 @@ def test_standing_on_one_leg_ends_as_the_foot_is_set_down():
     """With its loops the robot falls only then; without them it falls on one leg."""
     setting_down, tipped = lift(STAGE_2, 9.3, 0), lift(STAGE_1, 7.3, 0)
     assert setting_down['verdict'] == tipped['verdict'] == 'fell'
-    assert setting_down['on_one_leg'] and setting_down['lifted_load'] > EMPTY
-    assert not tipped['on_one_leg'] and tipped['lifted_load'] < EMPTY
+    assert setting_down['on_one_leg'] and setting_down['lifted_load'] > EMPTY_FOOT_MOST
+    assert not tipped['on_one_leg'] and tipped['lifted_load'] < EMPTY_FOOT_MOST
 
 
 def test_limit_on_one_leg_is_where_the_lift_is_still_held(monkeypatch):
