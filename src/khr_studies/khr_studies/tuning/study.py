@@ -239,15 +239,10 @@ def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
         candidates: table of :func:`summarise`.
         first: the criterion after the runs up and their length: ``slip`` or ``vibration``.
     """
-    merits = [candidates[name] for name in MERITS]
-    keys = [
-        -candidates['up'],
-        -candidates['lasted'],
-        *(merits if first == 'slip' else merits[::-1]),
-    ]
-    ranks = [*zip(*keys, strict=True)]
-    in_order = sorted(ranks)
-    return [in_order.index(rank) for rank in ranks]
+    best_first = candidates.assign(up=-candidates['up'], lasted=-candidates['lasted'])
+    keys = ['up', 'lasted', *(MERITS if first == 'slip' else MERITS[::-1])]
+    found: list[int] = best_first.groupby(keys).ngroup().tolist()
+    return found
 
 
 def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
