@@ -18,6 +18,7 @@ from khr_bringup.scenario.scenario import CONFIG, Scenario
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.condition import ENGINE
 from khr_studies.measuring.run_table import parameter_columns, run_table
 from khr_sweeps.pool import Pool, local_pool
 from khr_sweeps.progress import ProgressBar
@@ -136,34 +137,28 @@ def specification_of(name: str, fast: bool) -> Sweep:
     return load_sweep(files[name], fast)
 
 
-def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
-    """Return the folder of an experiment."""
-    return root / (f'{name}-fast' if fast else name)
-
-
 def root_of(engine: str) -> Path:
     """Return the folder of all experiments on a physics engine."""
     return ROOT if engine == engines.DEFAULT else ROOT / engine
+
+
+def folder_of(name: str, fast: bool, engine: str = engines.DEFAULT) -> Path:
+    """Return the folder of an experiment."""
+    return root_of(engine) / (f'{name}-fast' if fast else name)
 
 
 def sweeps_of(
     names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
 ) -> dict[Path, Sweep]:
     """Read experiments, or their quick form; return them by folder."""
-    root = root_of(engine)
+    change = {ENGINE: engine} if engine != engines.DEFAULT else {}
+    sweeps = {folder_of(name, fast, engine): specification_of(name, fast) for name in names}
     return {
-        folder_of(name, fast, root): _with_engine(specification_of(name, fast), engine)
-        for name in names
+        folder: replace(
+            sweep, scenarios={name: one.changed(change) for name, one in sweep.scenarios.items()}
+        )
+        for folder, sweep in sweeps.items()
     }
-
-
-def _with_engine(sweep: Sweep, engine: str) -> Sweep:
-    if engine == engines.DEFAULT:
-        return sweep
-    change = {('simulator', 'engine'): engine}
-    return replace(
-        sweep, scenarios={name: each.changed(change) for name, each in sweep.scenarios.items()}
-    )
 
 
 @contextmanager
@@ -228,6 +223,8 @@ def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experim
     report_lost(lost)
 
 
-def runs_by_name(names: Iterable[str], root: Path = ROOT, fast: bool = False) -> dict[str, Runs]:
+def runs_by_name(
+    names: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT
+) -> dict[str, Runs]:
     """Return the finished runs of experiments."""
-    return {name: runs_of(folder_of(name, fast, root)) for name in names}
+    return {name: runs_of(folder_of(name, fast, engine)) for name in names}

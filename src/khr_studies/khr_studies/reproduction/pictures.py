@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from khr_common import KhrError
-from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
+from khr_studies.measuring.experiments import folder_of, runs_by_name
 from khr_studies.reproduction.experiment_plan import ExperimentPlan, engine_option
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
@@ -60,7 +60,7 @@ def start_map(pool: Pool, plan: ExperimentPlan, sweep: Sweep, out: Path) -> Star
     """Start drawing a stability map over the first two axes of an experiment."""
     x, y = list(sweep.axes)[:2]
     image = out / f'{sweep.name}.png'
-    folder = folder_of(sweep.name, plan.fast, root_of(plan.engine))
+    folder = folder_of(sweep.name, plan.fast, plan.engine)
     command = f'khr map {folder} --x {x} --y {y}'
     points = image.with_suffix('.csv')
     figure = FigureResult(sweep.name, sweep.title, image, points, command, (sweep.name,))
@@ -80,5 +80,5 @@ def _start(pool: Pool, figure: FigureResult, job: Callable[..., Any], *arguments
 
 
 def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:
-    runs = runs_by_name(FIGURES[number].experiments, root_of(engine), fast)
+    runs = runs_by_name(FIGURES[number].experiments, fast, engine)
     draw(number, out, runs, fast, engine=engine)

@@ -179,11 +179,10 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
 def _results(
     plan: ExperimentPlan, sweeps: list[Sweep], computed: Computed, began: float
 ) -> Reproduction:
-    root = experiments.root_of(plan.engine)
-    runs = runs_by_name(plan.experiments, root, plan.fast)
+    runs = runs_by_name(plan.experiments, plan.fast, plan.engine)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
     every = pd.concat([computed.measured, experiment_runs(runs)])
-    check(every, root)
+    check(every, experiments.root_of(plan.engine))
     return Reproduction(
         computed.figures,
         computed.maps,

@@ -294,4 +294,4 @@ def run_experiments(
     one_of('--engine', engine, [*engines.LIBRARIES])
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}
     experiments.run_sweeps(experiments.sweeps_of([*needed], fast, engine), check_workers(None))
-    return experiments.runs_by_name(needed, experiments.root_of(engine), fast)
+    return experiments.runs_by_name(needed, fast, engine)
