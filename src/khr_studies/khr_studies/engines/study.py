@@ -111,11 +111,8 @@ def compare_engines(
 ) -> pd.DataFrame:
     """Compare the engines with a pool of processes; return the table of all runs.
 
-    Args:
-        seeds: number of seeds of each limit.
-        tolerance: of each bisection, deg.
-        jobs: processes; one per core by default.
-        only: names of scenarios with commas; all shipped scenarios by default.
+    The tolerance of a limit is in deg. ``only`` names scenarios, separated by commas; all that are
+    shipped by default.
     """
     integer('--seeds', seeds, 2, 100)
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]

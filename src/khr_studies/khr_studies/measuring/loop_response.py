@@ -76,8 +76,6 @@ def open_loop(loop: Loop, changes: Changes, ankle_gain: float = 0.0) -> OpenLoop
     """Measure the open loop of a controller on a standing robot.
 
     Args:
-        loop: of which controller.
-        changes: parameters of the robot.
         ankle_gain: K_A of the closed ankle loop while the hip's is measured; 0 for none.
 
     Raises:

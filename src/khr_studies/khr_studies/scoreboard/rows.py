@@ -51,8 +51,6 @@ def row(chapter: int, kind: Kind, passed: bool | None, **columns: Any) -> Row:
     """Return the record of a comparison.
 
     Args:
-        chapter: of the thesis.
-        kind: see ``Kind``.
         passed: whether the robot agrees with the thesis; None if the measurement leaves it open.
         columns: of the section; numbers that are not finite become None.
     """

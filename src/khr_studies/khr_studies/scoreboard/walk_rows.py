@@ -29,7 +29,6 @@ def walk_row(
     """Compare one walk.
 
     Args:
-        published: of the thesis.
         walks: one run per seed.
         slips_from_mm: slide per step at which a robot slips; NaN if it is not known.
 

@@ -46,7 +46,6 @@ def draw_map(
     inclination.
 
     Args:
-        folder: of the sweep, complete or not.
         x, y: swept parameters, ``node.parameter``.
         out: the picture; ``map_X_Y.png`` in the folder by default.
         where: values of further swept parameters that select the runs.

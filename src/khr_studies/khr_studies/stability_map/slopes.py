@@ -51,9 +51,6 @@ class Slope:
 def slope_gains(results: pa.Table) -> list[Slope]:
     """Return the slopes of a sweep, each with its gains.
 
-    Args:
-        results: from :func:`khr_sweeps.results.folder.read_results`.
-
     Raises:
         KhrError: if the sweep has no inclination or no gain as lists of values, or no run has an
             outcome.

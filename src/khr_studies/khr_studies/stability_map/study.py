@@ -101,7 +101,6 @@ def map_result(runs: pd.DataFrame, name: str, bisected: bool = False) -> MapResu
     """Evaluate a map of the inclination and either the friction or a gain.
 
     Args:
-        runs: the run table of the map.
         name: the swept parameter other than the inclination.
         bisected: whether the inclinations were bisected; only limits are known then.
     """

@@ -77,7 +77,6 @@ def chain_of(robot: Robot, posture: Array, sides: str) -> Chain:
     parallel to the standing leg.
 
     Args:
-        robot: the robot's description.
         posture: 17 joint angles, rad.
         sides: standing legs, ``l``, ``r`` or ``lr``.
     """

@@ -181,15 +181,9 @@ class Tuning:
 def define_search(
     scenario: Scenario, *, gait: bool, robust: bool, seeds: int, candidates: int, seed: int
 ) -> Question:
-    """Define a search for the gains of a scenario.
+    """Define a search for the gains of a scenario, and of its gait the place of the centre of mass.
 
-    Args:
-        scenario: motion and slope.
-        gait: whether the gait's placement of the centre of mass is searched as well.
-        robust: whether the gains must hold for the robots of the ensemble.
-        seeds: runs of each candidate and robot.
-        candidates: number of candidates.
-        seed: of the optimiser.
+    A robust search is for gains that hold for all robots of the ensemble.
     """
     robots = tuple(read_ensemble()) if robust else ()
     if robust and not robots:
@@ -235,9 +229,7 @@ def summarise(runs: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
 def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
     """Return the place of each candidate in the order, best 0; equal ones share a place.
 
-    Args:
-        candidates: table of :func:`summarise`.
-        first: the criterion after the runs up and their length: ``slip`` or ``vibration``.
+    The first criterion after the runs up and their length is ``slip`` or ``vibration``.
     """
     best_first = candidates.assign(up=-candidates['up'], lasted=-candidates['lasted'])
     keys = ['up', 'lasted', *(MERITS if first == 'slip' else MERITS[::-1])]
