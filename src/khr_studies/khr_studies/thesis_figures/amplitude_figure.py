@@ -87,11 +87,6 @@ def measure_amplitudes(
     return pd.DataFrame(rows)
 
 
-def measure_amplitudes_coarsely(engine: str = engines.DEFAULT) -> pd.DataFrame:
-    """Walk with two shifts on four slopes with one seed, as :func:`measure_amplitudes`."""
-    return measure_amplitudes(engine, (0.0, 0.01), (0, 2, 4, 5), 1)
-
-
 def amplitude_by_slope(table: pd.DataFrame) -> Figure:
     """Draw amplitude and load over the slope, and the amplitude over the load, by shift."""
     figure, axes = panels('amplitude', 'heels up', 'amplitude by load')

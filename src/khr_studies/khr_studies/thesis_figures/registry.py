@@ -31,11 +31,7 @@ from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions
 from khr_studies.thesis_figures import gaits, models, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
-from khr_studies.thesis_figures.amplitude_figure import (
-    amplitude_by_slope,
-    measure_amplitudes,
-    measure_amplitudes_coarsely,
-)
+from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
 from khr_studies.thesis_figures.vibration_figure import measure_bands, vibration_by_gain
@@ -154,7 +150,7 @@ FIGURES: dict[str, Drawing] = {
         'Amplitude of the pitch rate against the inclination, by centre of mass',
         amplitude_by_slope,
         measure=measure_amplitudes,
-        quick=measure_amplitudes_coarsely,
+        quick=partial(measure_amplitudes, shifts=(0.0, 0.01), slopes_deg=(0, 2, 4, 5), seeds=1),
     ),
     'capture_point': Drawing(
         'Largest push by feet, flywheel and steps, models', models.capture_point
