@@ -49,46 +49,52 @@ def band_rms(signal: NDArray[np.float64], period: float, low: float, high: float
     return float(np.sqrt(2.0 * np.sum(np.abs(lines[chosen]) ** 2)))
 
 
-def settled_cycles(gait: GaitParameters, time: NDArray[np.float64]) -> list[NDArray[np.bool_]]:
-    """Return which samples lie in the second cycle of a walk, in the third and so on, (N,) each.
+def settled_cycles(
+    condition: Condition, inclination_deg: float, seed: int
+) -> list[NDArray[np.float64]]:
+    """Walk; return the samples of the second cycle, the third and so on, (4, N) each.
 
-    Args:
-        gait: of the walk.
-        time: of the samples, s, (N,).
+    Returns:
+        Time, s, true pitch rate, rad/s, and normal force of the ground on the toes and on the
+        heels, N; no cycle if the robot does not stay up.
     """
+    samples: list[tuple[float, float, float, float]] = []
+
+    def record(truth: GroundTruth, *_: object) -> None:
+        toe, heel = truth.contact_force[:, 2].reshape(2, 2).sum(axis=0)
+        rate = float(truth.mean_angular_velocity[1])
+        samples.append((truth.stamp_ns / 1e9, rate, float(toe), float(heel)))
+
+    if not run_condition(condition, inclination_deg, seed, record).stayed_up:
+        return []
+    gait = condition.scenario(inclination_deg).table(GaitParameters)
     cycles = [gait_of(gait).cycle(number + 1) for number in range(1, gait.cycles)]
-    return [(time >= begin) & (time < end - 1e-9) for begin, end in cycles]
+    walk = np.array(samples).T
+    return [walk[:, (walk[0] >= begin) & (walk[0] < end - 1e-9)] for begin, end in cycles]
 
 
 def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dict[str, float]:
     """Return the true pitch rate of a walk by band, deg/s, and the unrest of the ground's force.
 
-    The second cycle and those after it count, apart from each other; the mean of their powers.
+    The settled cycles count, apart from each other; the mean of their powers.
 
     Returns:
         The root mean square by band, and ``force``, the standard deviation of the ground's normal
         force, N; empty if the robot does not stay up.
     """
-    scenario = condition.scenario(inclination_deg)
-    gait = scenario.table(GaitParameters)
-    samples: list[tuple[float, float, float]] = []
-
-    def record(truth: GroundTruth, *_: object) -> None:
-        rate, force = truth.mean_angular_velocity[1], truth.contact_force[:, 2].sum()
-        samples.append((truth.stamp_ns / 1e9, float(rate), float(force)))
-
-    if not run_condition(condition, inclination_deg, seed, record).stayed_up:
+    cycles = settled_cycles(condition, inclination_deg, seed)
+    if not cycles:
         return {}
-    time, rate, force = np.array(samples).T
-    period = float(np.median(np.diff(time)))
-    inside = settled_cycles(gait, time)
+    period = float(np.median(np.diff(cycles[0][0])))
 
-    def mean(signal: NDArray[np.float64], low: float, high: float) -> float:
-        powers = [band_rms(signal[cycle], period, low, high) ** 2 for cycle in inside]
+    def mean(signals: list[NDArray[np.float64]], low: float, high: float) -> float:
+        powers = [band_rms(signal, period, low, high) ** 2 for signal in signals]
         return float(np.sqrt(np.mean(powers)))
 
-    bands = {band: mean(np.degrees(rate), *limits) for band, limits in BANDS.items()}
-    return bands | {'force': mean(force, LOWEST, np.inf)}
+    rates = [np.degrees(rate) for _, rate, *_ in cycles]
+    forces = [toe + heel for *_, toe, heel in cycles]
+    bands = {band: mean(rates, *limits) for band, limits in BANDS.items()}
+    return bands | {'force': mean(forces, LOWEST, np.inf)}
 
 
 def measure_bands(
