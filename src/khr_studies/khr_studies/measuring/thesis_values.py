@@ -17,9 +17,8 @@ THEORY_DEG = 5.7  # phi_cr,theo, (3.10)
 READ_BACK_DEG = 0.5  # of phi read back from Delta
 LINE_HZ = 0.22  # of a published peak: half a bin of one gait cycle
 SHOWN = 4  # largest peaks of a spectrum, among which a published one must be
-SECOND_PEAK_MOST = (
-    0.5  # of a single dominant peak; no other peak reaches this share of its amplitude
-)
+# A single dominant peak: no other peak reaches this share of its amplitude.
+SECOND_PEAK_MOST = 0.5
 ALIKE_CORRELATION = 0.9  # smallest correlation of two cycles that are "quite identical"
 # The thesis gives slip in words. A robot slips if a step slides twice as far as on any slope where
 # the thesis mentions no slip yet, and by a visible distance.
@@ -29,6 +28,8 @@ LEAST_GROWTH = 0.1  # smallest growth of a trend that counts, over the first val
 # Standing: the lifted foot carries no load where the robot tips on one leg.
 ABOVE_LIMIT_DEG = 0.3  # where the tipping is observed
 EMPTY_FOOT_MOST = 0.05  # largest load of an empty foot, over the weight
+# At the limit without control, over the weight: Delta is nearly all of it, the heel is empty.
+TIPPING_DELTA, TIPPING_HEEL = 0.9, 0.05  # least Delta, largest heel force
 DELTA_0_N = 0.13  # Delta on level ground, from th_A0 = 0.05 deg by (3.7)
 DELTA_0_WITHIN_N = 1.5  # a tenth of the weight
 ABRUPT = 2.0  # least ratio of the growths beyond and below 7.6 deg

@@ -79,10 +79,10 @@ def _row(
     difference: float = nan,
     kind: Kind = 'predicted',
     chapter: int = 3,
-    **of: Any,
+    **fields: Any,
 ) -> Row:
-    """Return a row with the words of its key, which name attributes of what it is ``of``."""
-    words = {name: text.format(thesis=thesis, **of) for name, text in WORDS[key].items()}
+    """Return a row with the words of its key in ``standing.yaml``; fields fill their braces."""
+    words = {name: text.format(thesis=thesis, **fields) for name, text in WORDS[key].items()}
     return row(
         chapter,
         kind,
@@ -125,7 +125,11 @@ def _curve_rows(bench: Bench) -> list[Row]:
 def _rows_at_limit(bench: Bench, limit_deg: float) -> list[Row]:
     share = float(bench.lifts(STAGE_1, limit_deg)['share'].median())
     heel = (1.0 - share) / 2.0
-    at, high, low = [limit_deg], _if_enough(bench, share >= 0.9), _if_enough(bench, heel <= 0.05)
+    at, high, low = (
+        [limit_deg],
+        _if_enough(bench, share >= thesis.TIPPING_DELTA),
+        _if_enough(bench, heel <= thesis.TIPPING_HEEL),
+    )
     return [
         _row('delta_at_limit', at, [share], high, share - 1.0),
         _row('heel_at_limit', at, [heel], low, heel),
