@@ -31,7 +31,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.run_parameters import GAIT
 
-OTHER = 'mujoco'  # the engine if PyBullet is not installed
+WITHOUT_PYBULLET = 'mujoco'  # the engine if PyBullet is not installed
 SHORTEST_PREFIX, MOST_OFFERED = 3, 5  # letters, and names of scenarios
 ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
 CONFIG = Path(str(files('khr_bringup') / 'config'))
@@ -190,8 +190,8 @@ def with_installed_engine(scenario: Scenario) -> Scenario:
     stated = 'engine' in scenario.values.get('simulator', {})
     if stated or _installed(LIBRARIES[SimulatorParameters().engine]):
         return scenario
-    _say()
-    return scenario.changed({('simulator', 'engine'): OTHER})
+    _name_the_engine()
+    return scenario.changed({('simulator', 'engine'): WITHOUT_PYBULLET})
 
 
 @cache
@@ -200,7 +200,7 @@ def _installed(library: str) -> bool:
 
 
 @cache
-def _say() -> None:
+def _name_the_engine() -> None:
     print(
         'khr: PyBullet is not installed (it has no wheel for this Python): MuJoCo is the engine; '
         '"make bullet" compiles PyBullet',

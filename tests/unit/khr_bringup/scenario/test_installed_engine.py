@@ -12,7 +12,7 @@ from khr_sim.run_parameters import RunParameters
 
 def test_without_pybullet_mujoco_is_the_engine(monkeypatch, capsys):
     monkeypatch.setattr(scenarios, '_installed', lambda _: False)
-    scenarios._say.cache_clear()  # another test of this process may have let it say so
+    scenarios._name_the_engine.cache_clear()  # another test of this process may have let it say so
     chosen = with_installed_engine(Scenario('plain', {}))
     assert chosen.table(RunParameters).engine == 'mujoco'
     assert '"make bullet" compiles PyBullet' in capsys.readouterr().err
