@@ -95,7 +95,7 @@ def fight(bout: Bout, run_round: Callable[[int, float], Round]) -> BoutResult:
 
     Args:
         bout: to run.
-        run_round: runs a round, from 0, after so many simulated seconds of the rounds before.
+        run_round: runs a round; takes its number, from 0, and the length of the rounds before, s.
     """
     result = BoutResult(bout, [])
     for number in range(bout.rules.rounds):

@@ -78,9 +78,14 @@ def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
 def calibrate(
     search: Search, path: Path, best: int, workers: int | None, scheduler: Scheduler | None
 ) -> tuple[Calibration, list[Candidate]]:
-    """Search, and confirm so many of the best; candidates in the journal are not measured again.
+    """Search, then confirm the best candidates; those in the journal are not measured again.
 
-    Workers of a scheduler are used in place of processes of this machine.
+    Args:
+        search: its settings.
+        path: of the journal.
+        best: number of candidates to confirm.
+        workers: processes; one per core by default.
+        scheduler: with workers in place of processes of this machine.
 
     Returns:
         The calibration, and every candidate that was measured for it.

@@ -121,7 +121,7 @@ CHECKED = (
 
 
 def study(bouts: int = 50, workers: int | None = None) -> pd.DataFrame:
-    """Fight so many bouts of each cell; return one table with a row for each.
+    """Fight a number of bouts in each cell; return one table with a row for each bout.
 
     A command that was interrupted goes on where it stopped.
     """

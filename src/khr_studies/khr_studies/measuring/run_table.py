@@ -102,10 +102,9 @@ def tally(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
     """Count the runs of each condition; runs without an outcome are left out.
 
     Returns:
-        A row for each condition, in the order in which they first occur: the columns ``by``, which
-        name it, the numbers ``runs``, ``up``, ``lost`` and ``slipped`` (of those that stayed up),
-        and as medians ``fell_at_s`` and, of those that stayed up, ``MEDIANS``; NaN without such a
-        run.
+        A row for each condition, in the order in which they first occur: the columns ``by``; the
+        numbers ``runs``, ``up``, ``lost`` and ``slipped`` (up, but slid); and medians, NaN without
+        a run to take them of: ``fell_at_s`` of the falls, ``MEDIANS`` of the runs that stayed up.
     """
     judged = table[table['stayed_up'].notna()]
     up = judged['stayed_up'].astype(bool)
