@@ -22,7 +22,7 @@ class AnkleControllerParameters(BalanceParameters):
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(
-        0.003, 'Output of the force sensors per newton, a calibrated constant.', '[0, 1] V/N'
+        0.0034, 'Output of the force sensors per newton, a calibrated constant.', '[0, 1] V/N'
     )
 
     def constant(self, time: float) -> float:
@@ -35,8 +35,9 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
 
     The scale of the force sensors is not published. For a rigid robot at rest, (3.7) and (3.13)
     give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without control and
-    7.6 deg with K_A = 12 then give 0.00098 V/N. The default is fitted to the limits of the
-    simulated robot, which falls when it sets the other foot down, not while it stands on one.
+    7.6 deg with K_A = 12 then give 0.00098 V/N. With (3.7) alone K_A = 14 would add 1.4 deg and the
+    hip nothing, where the thesis has 2.5 and 3.2 deg. The default is fitted to all these limits
+    together (docs/calibration.md).
     """
 
     node = 'ankle_controller'

@@ -132,9 +132,14 @@ class GaitParameters:
     )
 
     lift_com_inboard: float = parameter(
-        -0.002596,
+        -0.0045,
         "Leg lift: centre of mass inboard of the stance sole's centre.",
         '[-0.03, 0.042] m',
+    )
+    lift_com_ahead: float = parameter(
+        -0.0005,
+        "Leg lift: centre of mass ahead of the stance sole's centre while the other foot is up.",
+        '[-0.03, 0.03] m',
     )
     lift_torso_roll: float = parameter(
         0.1, 'Leg lift: lean of the torso towards the stance leg.', '[-0.3, 0.5] rad'
@@ -145,7 +150,13 @@ class GaitParameters:
         '[0.2, 60] s',
     )
     lift_time: float = parameter(
-        1.0, 'Leg lift: duration of lifting the other foot, and of lowering it.', '[0.1, 60] s'
+        1.0, 'Leg lift: duration of lifting the other foot.', '[0.1, 60] s'
+    )
+    lower_time: float = parameter(
+        4.0,
+        'Leg lift: duration of lowering the other foot; a robot near its limit that sets its foot '
+        'down within 2 s tips over both feet.',
+        '[0.1, 60] s',
     )
     hold_time: float = parameter(3.0, 'Leg lift: time with the foot lifted.', '[0, 600] s')
 

@@ -70,7 +70,7 @@ def _stance(p: GaitParameters, com: float, left_ahead: float, hip_height: float)
 
 def _leg_lift(p: GaitParameters) -> Plan:
     """Shift the weight over one leg, lift the other, hold, set down, shift back (chapter 3)."""
-    durations = (p.shift_time, p.lift_time, p.hold_time, p.lift_time, p.shift_time)
+    durations = (p.shift_time, p.lift_time, p.hold_time, p.lower_time, p.shift_time)
     shifted, up, down, back, end = (p.start_delay + np.cumsum(durations)).tolist()
     stance_side = 1.0 if p.first_foot == 'right' else -1.0
     half = p.foot_spread / 2.0
@@ -80,11 +80,12 @@ def _leg_lift(p: GaitParameters) -> Plan:
             [Key(p.start_delay, 0.0), Key(shifted, place), Key(back, place), Key(end, 0.0)]
         )
 
+    def lift(low: float, high: float) -> Path:
+        held = [Key(down, high)] if down > up else []
+        return _rests([Key(shifted, low), Key(up, high), *held, Key(back, low)])
+
     def raised(side: str) -> Path:
-        if side != p.first_foot[0]:
-            return ConstantPath(0.0)
-        held = [Key(down, p.lift)] if down > up else []
-        return _rests([Key(shifted, 0.0), Key(up, p.lift), *held, Key(back, 0.0)])
+        return lift(0.0, p.lift) if side == p.first_foot[0] else ConstantPath(0.0)
 
     return Plan(
         duration=end + p.end_pause,
@@ -92,7 +93,10 @@ def _leg_lift(p: GaitParameters) -> Plan:
             'l': Sole(half, ConstantPath(0.0), raised('l'), ConstantPath(0.0)),
             'r': Sole(-half, ConstantPath(0.0), raised('r'), ConstantPath(0.0)),
         },
-        com=(ConstantPath(p.com_stance), shift(stance_side * (half - p.lift_com_inboard))),
+        com=(
+            lift(p.com_stance, p.lift_com_ahead),
+            shift(stance_side * (half - p.lift_com_inboard)),
+        ),
         torso_roll=shift(-stance_side * p.lift_torso_roll),
         torso_pitch=p.torso_pitch,
         hip_height=p.hip_height,

@@ -116,7 +116,7 @@ F_0 = line(1.73)
 LIMITS = (
     ThesisLimit(3, STAGE_1, 6.4, '3.2.2', fitted=True, support_fitted=True),
     ThesisLimit(3, STAGE_2, 7.6, 'Fig. 3.6', fitted=True),
-    ThesisLimit(3, Condition('leg_lift', 14.0), 8.88, 'Fig. 3.15'),
+    ThesisLimit(3, Condition('leg_lift', 14.0), 8.88, 'Fig. 3.15', fitted=True),
     ThesisLimit(3, STAGE_3, 9.6, 'Fig. 3.6', fitted=True),
     ThesisLimit(3, Condition('leg_lift', 14.0, 13.0), 10.2, '3.4, 6.1.1'),
     ThesisLimit(5, walking(), 5.55, '5.2.3', fitted=True),

@@ -199,7 +199,7 @@ def lift_of(run: Run) -> LiftTimes:
     """Return the times of a run's leg lift."""
     gait = run.scenario.table(GaitParameters)
     times = gait.start_delay + np.cumsum(
-        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
+        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lower_time, gait.shift_time]
     )
     return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
 

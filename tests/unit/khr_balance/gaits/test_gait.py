@@ -174,12 +174,16 @@ def test_leg_lift_stands_on_one_leg_with_the_weight_over_it(foot, stance):
     centre, other, _ = in_sole(stance, motion.reference(up))
     assert other[2] == pytest.approx(p.lift, abs=1e-5)
     outboard = p.lift_com_inboard if stance == 'l' else -p.lift_com_inboard
-    assert centre[:2] == pytest.approx([p.com_stance, -outboard], abs=5e-4)
+    assert centre[:2] == pytest.approx([p.lift_com_ahead, -outboard], abs=5e-4)
+    for landing in (p.start_delay + p.shift_time, motion.duration - p.shift_time - p.end_pause):
+        centre, other, _ = in_sole(stance, motion.reference(landing))
+        assert other[2] == pytest.approx(0.0, abs=1e-5)
+        assert centre[:2] == pytest.approx([p.com_stance, -outboard], abs=5e-4)
     assert motion.reference(motion.duration) == pytest.approx(motion.reference(0.0), abs=1e-6)
 
 
 def test_no_hold_is_a_leg_lift_too():
-    assert gait(motion='leg_lift', hold_time=0.0).duration == pytest.approx(8.0)
+    assert gait(motion='leg_lift', hold_time=0.0).duration == pytest.approx(11.0)
 
 
 @pytest.mark.parametrize(

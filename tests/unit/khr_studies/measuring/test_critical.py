@@ -126,6 +126,7 @@ def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
         changes=(
             (('gait', 'shift_time'), 0.3),
             (('gait', 'lift_time'), 0.2),
+            (('gait', 'lower_time'), 0.2),
             (('gait', 'hold_time'), 0.1),
             (('gait', 'lift'), 0.003),
             (('gait', 'end_pause'), 0.0),
