@@ -79,7 +79,7 @@ class Thesis(Bench):
     def submit(self, function, *arguments):
         self.asked.append((function, *arguments))
 
-    def limit(self, condition, seeds=None, job=None):
+    def limit(self, condition, seeds=None):
         here = replace(condition, changes=())  # the same on the other engine
         found = limits_of_thesis().get(here, Limit((START, START)))
         return replace(found, of_seeds=(2.0, 2.0)) if here == self.amiss else found
@@ -117,7 +117,7 @@ class Thesis(Bench):
 class Opposite(Thesis):
     """A bench on which nothing agrees with the thesis."""
 
-    def limit(self, condition, seeds=None, job=None):
+    def limit(self, condition, seeds=None):
         return Limit((2.0, 2.0))
 
     def walks(self, condition, phi):

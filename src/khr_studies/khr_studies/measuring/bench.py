@@ -21,14 +21,7 @@ from khr_models.pendulum import Pendulum
 from khr_sim.physics import engines
 from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.condition import ENGINE, Changes, Condition, with_engine
-from khr_studies.measuring.critical import (
-    START,
-    Limit,
-    limit_of_seed,
-    run_condition,
-    run_row,
-    search_limit,
-)
+from khr_studies.measuring.critical import START, Limit, limit_of_seed, run_condition, run_row
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import F_0, SECOND_PEAK_MOST, STAGE_1_GRID
 from khr_sweeps.pool import Pool
@@ -114,8 +107,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     """Lift one leg once.
 
     Returns:
-        The columns of the run, and: ``on_one_leg``, whether the robot stood until it set the
-        lifted foot down; ``toe_n`` and ``heel_n``, mean forces on the support foot in
+        The columns of the run, and: ``toe_n`` and ``heel_n``, mean forces on the support foot in
         the later half of the time on one leg; ``difference_n``, Delta = F_T - F_H (3.4); ``share``,
         Delta over the load of that foot (all None if the robot fell earlier); ``overshoot_rad_s``,
         the largest absolute pitch rate of the torso from the start of the motion; ``lifted_load``,
@@ -145,8 +137,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     row = run_row(condition, inclination_deg, seed, outcome)
     row['overshoot_rad_s'] = max(rates, default=None)
     row['lifted_load'] = load if outcome.fell else None
-    row['on_one_leg'] = outcome.fell_at is None or outcome.fell_at >= up + gait.hold_time
-    if not row['on_one_leg']:
+    if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
         return row | dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share'))
     toe, heel = np.mean(forces, axis=0).tolist()
     difference = toe - heel
@@ -156,23 +147,6 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
         'difference_n': difference,
         'share': difference / (toe + heel),
     }
-
-
-def one_leg_limit_of_seed(
-    condition: Condition, seed: int, start: float, tolerance: float
-) -> list[Row]:
-    """Find the steepest slope on which the robot stands on one leg until it sets the foot down."""
-    return search_limit(
-        lambda inclination_deg: lift(condition, inclination_deg, seed),
-        'on_one_leg',
-        f'{condition.title}, on one leg',
-        seed,
-        start,
-        tolerance,
-    )
-
-
-LIMIT_JOBS = (limit_of_seed, one_leg_limit_of_seed)
 
 
 @dataclass(eq=False)
@@ -200,12 +174,10 @@ class Bench:
         """Return a condition with the other physics engine."""
         return replace(condition, changes=(*condition.changes, *with_engine(self.engines[1])))
 
-    def start_limit(
-        self, condition: Condition, seeds: int | None = None, job: Any = limit_of_seed
-    ) -> list[Future[Any]]:
+    def start_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
         """Start measuring a limit, one job per seed; all searches start on the same slope."""
         return [
-            self.submit(job, condition, seed, START, self.tolerance)
+            self.submit(limit_of_seed, condition, seed, START, self.tolerance)
             for seed in range(seeds or self.seeds)
         ]
 
@@ -213,11 +185,9 @@ class Bench:
         """Start a :func:`walk` or :func:`lift` with every seed."""
         return [self.submit(job, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
-    def limit(
-        self, condition: Condition, seeds: int | None = None, job: Any = limit_of_seed
-    ) -> Limit:
-        """Return a limit; ``job`` is one of :data:`LIMIT_JOBS`."""
-        found = [each.result() for each in self.start_limit(condition, seeds, job)]
+    def limit(self, condition: Condition, seeds: int | None = None) -> Limit:
+        """Return a limit."""
+        found = [each.result() for each in self.start_limit(condition, seeds)]
         return Limit.of(run_table(run for runs in found for run in runs), self.tolerance)
 
     def walks(self, condition: Condition, inclination_deg: float) -> pd.DataFrame:
@@ -237,9 +207,9 @@ class Bench:
         """Return the table of all measured runs; the column ``source`` names the use."""
         rows: list[Row] = []
         for (function, *_), job in self._jobs.items():
-            if function not in (*LIMIT_JOBS, walk, lift):
+            if function not in (limit_of_seed, walk, lift):
                 continue
-            is_limit = function in LIMIT_JOBS
+            is_limit = function is limit_of_seed
             found = job.result() if is_limit else [job.result()]
             rows += [{'source': LIMITS if is_limit else ROWS, **run} for run in found]
         return run_table(rows)

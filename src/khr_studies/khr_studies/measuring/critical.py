@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import degrees, hypot, sqrt
 from pathlib import Path
@@ -182,42 +181,23 @@ def run_row(condition: Condition, inclination_deg: float, seed: int, outcome: Ou
 
 
 def limit_of_seed(condition: Condition, seed: int, start: float, tolerance: float) -> list[Row]:
-    """Find the limit of one seed; return the runs of the search, with the column ``limit_deg``."""
-
-    def run(inclination_deg: float) -> Row:
-        outcome = run_condition(condition, inclination_deg, seed)
-        return run_row(condition, inclination_deg, seed, outcome)
-
-    return search_limit(run, 'stayed_up', condition.title, seed, start, tolerance)
-
-
-def search_limit(
-    run: Callable[[float], Row], holds: str, title: str, seed: int, start: float, tolerance: float
-) -> list[Row]:
-    """Search the steepest slope on which a boolean column of a run holds.
+    """Find the limit of one seed; return the runs of the search, with the column ``limit_deg``.
 
     Each seed searches on its own lattice: on a common lattice limits would look equal that differ
     by less than its cell. ``start``, the first inclination, and ``tolerance`` are in deg.
-
-    Args:
-        run: returns the row of a run at an inclination in deg.
-        holds: name of the column.
-        title: of the limit, on standard error.
-
-    Returns:
-        The rows of the runs, with the limit in the column ``limit_deg``.
     """
     runs: list[Row] = []
 
-    def below(inclination_deg: float) -> bool:
-        runs.append(run(inclination_deg))
-        return bool(runs[-1][holds])
+    def stays_up(inclination_deg: float) -> bool:
+        outcome = run_condition(condition, inclination_deg, seed)
+        runs.append(run_row(condition, inclination_deg, seed, outcome))
+        return outcome.stayed_up
 
     shifted = start + tolerance * (seed * GOLDEN % 1.0)
     within = min(max(shifted, ENDS[0]), ENDS[1])
-    limit_deg = bracket_limit(below, within, ENDS, STEP, tolerance).middle
+    limit_deg = bracket_limit(stays_up, within, ENDS, STEP, tolerance).middle
     print(
-        f'{title}: seed {seed}, {limit_deg:.2f} deg after {len(runs)} runs',
+        f'{condition.title}: seed {seed}, {limit_deg:.2f} deg after {len(runs)} runs',
         file=sys.stderr,
         flush=True,
     )

@@ -33,7 +33,6 @@ SCHEMA = {
     'condition': 'str',
     'inclination_deg': 'float64',
     'limit_deg': 'float64',
-    'on_one_leg': 'boolean',
     **{name: _DTYPES[kind] for name, kind in RESULTS.items()},
     **dict.fromkeys(('slide_mm', 'before_mm', 'after_mm', 'extra_peak_hz'), 'float64'),
     **dict.fromkeys(('amplitude_rad_s', 'early', 'late', 'lifted_load'), 'float64'),

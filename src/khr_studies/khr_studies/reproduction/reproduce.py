@@ -17,9 +17,10 @@ from khr_bringup.code_version import code_version, versions_of_run
 from khr_report.folders import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
-from khr_studies.measuring.bench import LIMIT_JOBS, Bench
+from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import with_engine
 from khr_studies.measuring.consistency import check, experiment_runs, ragged_limits
+from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
 from khr_studies.measuring.run_table import run_table
@@ -140,7 +141,7 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
             experiments.root_of(plan.engine) / SCOREBOARD,
             version_of_study(compare.__module__),
             bar,
-            dict.fromkeys(LIMIT_JOBS, LIMIT_RUNS),
+            {limit_of_seed: LIMIT_RUNS},
         ) as kept,
     ):
         started: dict[str, Started] = {}

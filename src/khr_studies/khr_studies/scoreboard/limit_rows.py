@@ -26,9 +26,7 @@ Spread = Mapping[str, tuple[float, float]]
 Loads = Mapping[Condition, float]
 
 
-def limit_rows(
-    limits: Limits, on_other_engine: Limits, spread: Spread, loads: Loads, on_one_leg: Limits
-) -> list[Row]:
+def limit_rows(limits: Limits, on_other_engine: Limits, spread: Spread, loads: Loads) -> list[Row]:
     """Compare the critical inclinations.
 
     A limit of standing on one leg misses if the other foot still carries load when the robot tips.
@@ -40,13 +38,12 @@ def limit_rows(
             condition.
         loads: on the lifted foot as the robot tips, over the weight, of the limits of standing;
             NaN if not measured.
-        on_one_leg: limits of standing until the lifted foot is set down.
 
     Returns:
         Records with ``condition`` and ``source``; ``thesis_deg`` and ``deg``; ``half_width_deg``
         of seeds, engines and constants together, ``seeds_deg`` of the seeds alone; ``slipped``
         and ``vibrated``, shares of the seeds just below their limit; ``ensemble_deg``;
-        ``other_engine_deg``; ``lifted_load``; ``one_leg_deg``; ``tolerance_deg``.
+        ``other_engine_deg``; ``lifted_load``; ``tolerance_deg``.
     """
     rows = []
     for published in LIMITS:
@@ -55,7 +52,6 @@ def limit_rows(
         half = half_width(limit, other, ensemble)
         agreed = agrees(limit.mean - published.thesis_deg, half)
         load = loads.get(published.condition, 0.0)
-        one_leg = on_one_leg.get(published.condition)
         rows.append(
             row(
                 published.chapter,
@@ -72,7 +68,6 @@ def limit_rows(
                 seeds_deg=limit.half_width,
                 other_engine_deg=other.mean,
                 lifted_load=loads.get(published.condition),
-                one_leg_deg=one_leg and one_leg.mean,
                 tolerance_deg=TOLERANCE_DEG,
             )
         )
@@ -135,7 +130,7 @@ def theory_row() -> Row:
         thesis_deg=THEORY_DEG,
         deg=ours,
         tolerance_deg=FORMULA_DEG,
-        **dict.fromkeys((*measured, 'other_engine_deg', 'lifted_load', 'one_leg_deg')),
+        **dict.fromkeys((*measured, 'other_engine_deg', 'lifted_load')),
     )
 
 

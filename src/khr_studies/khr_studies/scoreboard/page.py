@@ -115,7 +115,6 @@ LIMIT_COLUMNS: Columns[Row] = {
     'slip': lambda row: _share(row['slipped']),
     'vibrate': lambda row: _share(row['vibrated']),
     'load on the lifted foot': lambda row: _share(row.get('lifted_load')).replace('-', ''),
-    'on one leg, deg': lambda row: number(row.get('one_leg_deg'), 2),
     'difference': lambda row: _signed(row['deg'] - row['thesis_deg']),
     'tolerance': lambda row: f'{row["tolerance_deg"]:g}',
     **JUDGEMENT,

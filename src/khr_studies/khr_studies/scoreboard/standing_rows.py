@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.resources import files
-from math import degrees, isnan, nan
+from math import degrees, floor, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ import yaml
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, median_up
 from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.thesis_values import STAGE_1, STAGE_2, STAGE_3
 from khr_studies.push.study import PushCondition, largest_push
 from khr_studies.scoreboard.limit_rows import Limits, Loads
@@ -32,7 +33,7 @@ def standing_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
     """Compare the leg lifts.
 
     Args:
-        limits: of standing; at that of stage 1 the forces over the weight are compared.
+        limits: of standing; the forces over the weight are compared just below that of stage 1.
         loads: of :func:`lifted_loads`.
 
     Returns:
@@ -43,7 +44,7 @@ def standing_rows(bench: Bench, limits: Limits, loads: Loads) -> list[Row]:
     """
     return [
         *_curve_rows(bench),
-        *_rows_at_limit(bench, round(limits[STAGE_1].mean, 2)),
+        *_rows_at_limit(bench, limits[STAGE_1]),
         _read_back_row(bench),
         *_forces_read(bench),
         *_rises_again(bench),
@@ -122,7 +123,10 @@ def _curve_rows(bench: Bench) -> list[Row]:
     ]
 
 
-def _rows_at_limit(bench: Bench, limit_deg: float) -> list[Row]:
+def _rows_at_limit(bench: Bench, limit: Limit) -> list[Row]:
+    """Compare the forces on the steepest slope below the limit of every seed: none falls there."""
+    stood = limit.highest['inclination_deg']
+    limit_deg = floor(100.0 * (stood.min() if len(stood) else limit.mean)) / 100.0
     share = float(bench.lifts(STAGE_1, limit_deg)['share'].median())
     heel = (1.0 - share) / 2.0
     at, high, low = (

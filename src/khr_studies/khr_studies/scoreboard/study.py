@@ -15,7 +15,7 @@ from khr_bringup.scenario.robots import constants_of
 from khr_common.checks import integer
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
-from khr_studies.measuring.bench import Bench, lift, one_leg_limit_of_seed, walk
+from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid, with_engine
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
@@ -28,7 +28,6 @@ from khr_studies.scoreboard.limit_rows import (
 )
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.standing_rows import (
-    STANDING,
     conditions,
     lifted_loads,
     push_force,
@@ -113,8 +112,7 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     }
     loads = lifted_loads(bench, limits)
     slips = slips_from_mm(bench)
-    on_one_leg = {each: bench.limit(each, job=one_leg_limit_of_seed) for each in STANDING}
-    rows = limit_rows(limits, on_other_engine, bench.spread, loads, on_one_leg)
+    rows = limit_rows(limits, on_other_engine, bench.spread, loads)
     return Scoreboard(
         bench.seeds,
         [*rows, theory_row()],
@@ -137,8 +135,6 @@ def submit_all(bench: Bench, explain: bool) -> None:
     for row in thesis.LIMITS:
         bench.start_limit(row.condition)
         bench.start_limit(bench.on_other_engine(row.condition))
-    for standing in STANDING:
-        bench.start_limit(standing, job=one_leg_limit_of_seed)
     for row in thesis.LIMITS if explain else ():
         bench.start_limit(row.condition.turned())
     for walked in WALKS:

@@ -14,8 +14,7 @@ from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check
 from khr_common.maths.limit import bracket_limit
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring import bench as measuring_bench
-from khr_studies.measuring.bench import Bench, lift, one_leg_limit_of_seed, walk
+from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START, STEP, Limit
 from khr_studies.measuring.json_file import read_json
@@ -45,7 +44,6 @@ from khr_studies.scoreboard.page import QUICK, scoreboard_markdown, summary
 from khr_studies.scoreboard.rows import Scoreboard, grows
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, walked, walks
-from tests.fakes.pools import HerePool
 
 
 def test_board_of_the_thesis_itself_passes_every_row():
@@ -146,7 +144,7 @@ def test_limit_passes_within_its_tolerance_and_marks_what_was_fitted():
     limits[STAGE_1] = Limit((6.85, 6.85), 0.1)
     limits[STAGE_2] = Limit((8.55, 8.55), 0.1)
     limits[STAGE_3] = Limit((10.2, 10.2), 0.1)
-    rows = limit_rows(limits, limits, {}, {}, {})
+    rows = limit_rows(limits, limits, {}, {})
     verdicts = {row['condition']: row['verdict'] for row in rows}
     assert [verdicts[each.title] for each in (STAGE_1, STAGE_2, STAGE_3)] == [
         'passed',
@@ -169,7 +167,7 @@ def test_limit_is_undecided_where_its_interval_reaches_over_the_tolerance(differ
 def test_standing_limit_misses_while_the_other_foot_carries_load():
     limits = limits_of_thesis()
     for load, verdict in ((0.0, 'passed'), (0.2, 'missed'), (nan, 'passed')):
-        row = limit_rows(limits, limits, {}, {STAGE_2: load}, {})[1]
+        row = limit_rows(limits, limits, {}, {STAGE_2: load})[1]
         assert row['condition'] == STAGE_2.title and row['verdict'] == verdict
 
 
@@ -186,7 +184,7 @@ def test_interval_of_a_limit_holds_seeds_engine_and_constants():
         (away, {}, 'undecided'),
         (limits, {STAGE_1.title: (5.6, 7.2)}, 'undecided'),
     ):
-        assert limit_rows(limits, others, spread, {}, {})[0]['verdict'] == verdict
+        assert limit_rows(limits, others, spread, {})[0]['verdict'] == verdict
 
 
 def test_page_says_by_how_much_the_ensemble_leaves_limits_undecided():
@@ -195,7 +193,7 @@ def test_page_says_by_how_much_the_ensemble_leaves_limits_undecided():
     spread = {STAGE_1.title: (5.6, 7.2), STAGE_2.title: (7.0, 9.0)}
     board = scoreboard.compare(Thesis())
     assert scoreboard_page.undecided_text(board) == ''
-    board = replace(board, limits=limit_rows(limits, limits, spread, {}, {}))
+    board = replace(board, limits=limit_rows(limits, limits, spread, {}))
     assert scoreboard_page.undecided_text(board) == (
         '2 limits are undecided: half the range over the ensemble alone is 0.80 to 1.00 deg of the '
         'tolerance of 0.7. By seeds and engines alone 1 of them would pass, 1 miss and 0 stay '
@@ -376,7 +374,7 @@ def test_quick_limit_passes_only_if_the_true_one_would(row, difference):
     limits = {each.condition: bench.limit(each.condition) for each in LIMITS}
     found = next(
         one
-        for one in limit_rows(limits, limits, {}, {}, {})
+        for one in limit_rows(limits, limits, {}, {})
         if one['condition'] == row.condition.title
     )
     within = abs(difference) <= TOLERANCE_DEG
@@ -433,42 +431,15 @@ def test_measurements_are_of_the_run():
     weight = 1.5 * 9.81
     assert one['toe_n'] + one['heel_n'] == pytest.approx(weight, rel=0.05)
     assert one['share'] == pytest.approx(one['difference_n'] / (one['toe_n'] + one['heel_n']))
-    assert one['on_one_leg']
 
 
 @pytest.mark.slow
-def test_standing_on_one_leg_ends_as_the_foot_is_set_down():
-    """With its loops the robot falls only then; without them it falls on one leg."""
-    setting_down, tipped = lift(STAGE_2, 9.3, 0), lift(STAGE_1, 7.3, 0)
-    assert setting_down['verdict'] == tipped['verdict'] == 'fell'
-    assert setting_down['on_one_leg'] and setting_down['lifted_load'] > EMPTY_FOOT_MOST
-    assert not tipped['on_one_leg'] and tipped['lifted_load'] < EMPTY_FOOT_MOST
-
-
-def test_limit_on_one_leg_is_where_the_lift_is_still_held(monkeypatch):
-    """The robot falls above 4 deg, but above 8 deg before it sets the foot down."""
-
-    def lifted(condition, inclination_deg, seed):
-        return {
-            'inclination_deg': inclination_deg,
-            'seed': seed,
-            'stayed_up': inclination_deg < 4.0,
-            'on_one_leg': inclination_deg < 8.0,
-        }
-
-    monkeypatch.setattr(measuring_bench, 'lift', lifted)
-    limit = Bench(HerePool(), 2, 0.1).limit(STAGE_2, job=one_leg_limit_of_seed)
-    assert limit.of_seeds == pytest.approx((8.0, 8.0), abs=0.05)
-
-
-def test_page_shows_the_limits_on_one_leg():
-    board = scoreboard.compare(Thesis())
-    text = scoreboard_page.scoreboard_markdown(board)
-    for row in board.limits:
-        standing = row['condition'].startswith('stand')
-        assert row['one_leg_deg'] == (row['thesis_deg'] if standing else None)
-    (row,) = [line for line in text.splitlines() if line.startswith('| Fig. 3.15 |')]
-    assert row.split(' | ')[-5:-4] == ['8.88'], row
+def test_robot_tips_on_one_leg_and_over_both_feet_if_it_lowers_the_foot_fast():
+    fast = replace(STAGE_2, changes=((('gait', 'lower_time'), 1.0),))
+    tipped, setting_down = lift(STAGE_2, 9.6, 0), lift(fast, 8.9, 0)
+    assert tipped['verdict'] == setting_down['verdict'] == 'fell'
+    assert tipped['lifted_load'] < EMPTY_FOOT_MOST < setting_down['lifted_load']
+    assert lift(STAGE_2, 8.9, 0)['stayed_up']
 
 
 def test_verdicts_are_counted_by_chapter():
