@@ -142,7 +142,8 @@ def _cell(row: Row, value: float, missed: bool) -> str:
     if isinstance(row, WantedWalk):
         text = 'stays up' if value == 1.0 else f'falls after {value:.0%}'
     else:
-        text = 'lost' if value == LOST else f'{value:.2f}'
+        losable = isinstance(row, WantedMargin | WantedRatio | WantedLine)
+        text = 'lost' if losable and value == LOST else f'{value:.2f}'
     return f'**{text}**' if missed else text
 
 

@@ -22,6 +22,7 @@ from khr_studies.calibration.journal import Journal, cost_digest, physics_digest
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
+from khr_studies.calibration.rows import WantedSupport
 from khr_studies.calibration.search import Measurement, Proposals, Search, run_search
 from khr_studies.calibration.study import Calibration, calibration_of, confirm
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
@@ -248,6 +249,14 @@ def test_page_compares_the_added_candidates_with_the_robot_that_they_vary():
     assert [row.split(' | ')[0] for row in rows] == ['| 0.024', '| 0.025', '| 0.026']
     assert rows[1] == f'| 0.025 | 0 | {robot().cost:.2f} | 5.90 | 9.20 |'
     assert 'Added' not in page(calibration_of(SEARCH, robots))
+
+
+def test_an_empty_foot_is_a_number_on_the_page_and_not_lost():
+    support = WantedSupport()
+    plan, one = replace(PLAN, supports=(support,)), robot()
+    values = {engine: {**rows, support.title: [0.0]} for engine, rows in one.values.items()}
+    text = page(calibration_of(replace(SEARCH, plan=plan), [replace(one, values=values)]))
+    assert f'| {support.title} | at most 0.05 | 0.00 |' in text
 
 
 def test_pareto_set_trades_limits_for_the_other_rows():
