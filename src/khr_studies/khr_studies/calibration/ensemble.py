@@ -60,8 +60,8 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
     The best misses the fewest rows by more than their tolerance, and among equals has the least
     cost: the cost sums all misses, so by cost alone a robot that nearly misses everything could
     beat one that meets more rows.
-    A candidate that does not stay up on level ground does not fit. Of candidates that differ in one
-    constant only, the best is kept; if more than ``MOST`` are left, a diverse selection.
+    A candidate that does not stay up on level ground does not fit. Of candidates that are one robot
+    (:func:`distinct`) the best is kept; if more than ``MOST`` are left, a diverse selection.
     """
     complete = [
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
@@ -70,27 +70,33 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
     tolerances = max([1.0, *misses[:LEAST]])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
     fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
-    kept = diverse(plan, distinct(fitting), MOST)
+    kept = diverse(plan, distinct(plan, fitting), MOST)
     members = tuple(index for index, robot in enumerate(fitting) if robot in kept)
     return Ensemble(tuple(fitting), members, tolerances, len(robots), len(complete))
 
 
-def distinct(robots: Sequence[Candidate]) -> list[Candidate]:
-    """Drop each candidate that differs from an earlier one in a single constant.
+def distinct(plan: CalibrationPlan, robots: Sequence[Candidate]) -> list[Candidate]:
+    """Drop each candidate that is an earlier one with other values of few constants.
 
-    Such candidates are one robot at several values of that constant: in an ensemble they would
-    count once for each value, and the spread of the other constants would come out too small.
+    Those that differ in a single constant, or only in constants that the added candidates of the
+    plan vary, are one robot: in an ensemble they would count once for each value, and the spread
+    of the other constants would come out too small.
     """
+    varied = varied_constants(plan)
     kept: list[Candidate] = []
     for robot in robots:
-        if all(_differences(robot, other) > 1 for other in kept):
+        differing = (
+            {name for name, value in robot.constants.items() if value != other.constants[name]}
+            for other in kept
+        )
+        if all(len(names) > 1 and not names <= varied for names in differing):
             kept.append(robot)
     return kept
 
 
-def _differences(robot: Candidate, other: Candidate) -> int:
-    """Return the number of constants in which two candidates differ."""
-    return sum(value != other.constants[name] for name, value in robot.constants.items())
+def varied_constants(plan: CalibrationPlan) -> set[str]:
+    """Return the names of the constants that the added candidates vary."""
+    return {name for name in plan.constants if len({one[name] for one in plan.added}) > 1}
 
 
 def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:

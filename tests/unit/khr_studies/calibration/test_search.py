@@ -194,6 +194,14 @@ def test_ensemble_counts_robots_that_differ_in_one_constant_as_one():
     assert [one.constants['sway'] for one in found.robots] == [0.025, 0.0251]
 
 
+def test_ensemble_counts_the_added_candidates_as_one_robot():
+    both = robot(0.0251, lift=0.02)
+    robots = [robot(0.025, lift=0.01), both]
+    assert len(ensemble(PLAN, robots).robots) == 2
+    plan = replace(PLAN, added=tuple(one.constants for one in robots))
+    assert len(ensemble(plan, robots).robots) == 1
+
+
 def test_shipped_journal_was_measured_by_the_present_cost():
     with sqlite3.connect(ROOT / 'docs' / 'calibration.sqlite') as database:
         ((head,),) = database.execute("SELECT data FROM results WHERE id = ''")
