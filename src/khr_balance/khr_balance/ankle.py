@@ -35,8 +35,8 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
 
     The scale of the force sensors is not published. For a rigid robot at rest, (3.7) and (3.13)
     give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without control and
-    7.6 deg with K_A = 12 then give 0.00098 V/N. With (3.7) alone K_A = 14 would add 1.4 deg and the
-    hip nothing, where the thesis has 2.5 and 3.2 deg. The default is fitted to all these limits
+    7.6 deg with K_A = 12 then give 0.00098 V/N, and with it 7.8 deg with K_A = 14 and no more with
+    the hip, where the thesis has 8.88 and 9.6 deg. The default is fitted to all these limits
     together (docs/calibration.md).
     """
 
