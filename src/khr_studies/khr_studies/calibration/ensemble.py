@@ -82,7 +82,7 @@ def distinct(plan: CalibrationPlan, robots: Sequence[Candidate]) -> list[Candida
     plan vary, are one robot: in an ensemble they would count once for each value, and the spread
     of the other constants would come out too small.
     """
-    varied = varied_constants(plan)
+    varied = set(varied_constants(plan))
     kept: list[Candidate] = []
     for robot in robots:
         differing = (
@@ -94,9 +94,9 @@ def distinct(plan: CalibrationPlan, robots: Sequence[Candidate]) -> list[Candida
     return kept
 
 
-def varied_constants(plan: CalibrationPlan) -> set[str]:
-    """Return the names of the constants that the added candidates vary."""
-    return {name for name in plan.constants if len({one[name] for one in plan.added}) > 1}
+def varied_constants(plan: CalibrationPlan) -> list[str]:
+    """Return the names of the constants that the added candidates vary, in the plan's order."""
+    return [name for name in plan.constants if len({one[name] for one in plan.added}) > 1]
 
 
 def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:

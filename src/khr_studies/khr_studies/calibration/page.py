@@ -150,7 +150,7 @@ def _cell(row: Row, value: float, missed: bool) -> str:
 def _added_rows(calibration: Calibration) -> str:
     """Return a table of the robots that equal the added ones but for the varied constants."""
     plan = calibration.plan
-    varied = [name for name in plan.constants if name in ensemble.varied_constants(plan)]
+    varied = ensemble.varied_constants(plan)
 
     def rest(constants: Mapping[str, float]) -> dict[str, float]:
         return {name: value for name, value in constants.items() if name not in varied}

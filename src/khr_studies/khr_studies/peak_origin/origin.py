@@ -35,8 +35,8 @@ RULE = (
     'speak for, and more than speak against it, while some experiment speaks against each other '
     'origin. High: at least five experiments agree with the label and none speaks against it; '
     'medium: at least four agree, and exactly one of the conditions of high fails (five agree; '
-    'none against; two seeds or more); low: all other peaks, and every peak whose amplitude has an '
-    'interval over the seeds that holds 0'
+    'no experiment speaks against it; two seeds or more); low: all other peaks, and every peak '
+    'with 0 in the interval of its amplitude over the seeds'
 )
 
 REPEATS = 20
