@@ -18,6 +18,7 @@ from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START, STEP, Limit
 from khr_studies.measuring.json_file import read_json
+from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import (
     EMPTY_FOOT_MOST,
     LIMITS,
@@ -43,7 +44,7 @@ from khr_studies.scoreboard.limit_rows import (
 from khr_studies.scoreboard.page import QUICK, scoreboard_markdown, summary
 from khr_studies.scoreboard.rows import Scoreboard, grows
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
-from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, walked, walks
+from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, outcome, walked, walks
 
 
 def test_board_of_the_thesis_itself_passes_every_row():
@@ -440,6 +441,22 @@ def test_robot_tips_on_one_leg_and_over_both_feet_if_it_lowers_the_foot_fast():
     assert tipped['verdict'] == setting_down['verdict'] == 'fell'
     assert tipped['lifted_load'] < EMPTY_FOOT_MOST < setting_down['lifted_load']
     assert lift(STAGE_2, 8.9, 0)['stayed_up']
+
+
+class ScatteredSeeds(Thesis):
+    """A bench with seeds of different limits, 6.4 and 6.6 deg, of standing without control."""
+
+    def limit(self, condition, seeds=None):
+        if condition != STAGE_1:
+            return super().limit(condition, seeds)
+        stood = [outcome(inclination_deg=deg, seed=seed) for seed, deg in enumerate((6.3, 6.5))]
+        return Limit((6.4, 6.6), runs=run_table(stood))
+
+
+def test_forces_at_the_limit_are_taken_where_every_seed_stands():
+    rows = {row['name']: row for row in scoreboard.compare(ScatteredSeeds()).standing}
+    for name in ('Delta over the weight', 'heel force over the weight'):
+        assert rows[f"{name}, at stage 1's limit"]['inclinations_deg'] == [6.3]
 
 
 def test_verdicts_are_counted_by_chapter():
