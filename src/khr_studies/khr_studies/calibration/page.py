@@ -62,6 +62,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {f'{node}.{key}' for (node, key), _ in plan.changes(constants)}
     cheapest = min(found.fitting, key=lambda robot: robot.cost)
+    compared = _compared(calibration)
     return page_text(
         __name__,
         stem=stem,
@@ -70,7 +71,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         found=found,
         enough=enough,
         ensemble=ensemble,
-        rows=_robots_table(calibration, [found.best]),
+        rows=_robots_table(calibration, {'chosen': found.best}),
         added=_added_rows(calibration),
         spreads=constant_spreads(plan, found),
         published=_published,
@@ -78,7 +79,8 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         missed=missed_rows(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=missed_rows(plan, cheapest),
-        pareto=_robots_table(calibration, calibration.pareto),
+        compared=compared,
+        pareto=_robots_table(calibration, compared),
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         others=[
             (name, _specification(name), one)
@@ -88,38 +90,40 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     )
 
 
-def _robots_table(calibration: Calibration, robots: Sequence[Candidate]) -> str:
+def _compared(calibration: Calibration) -> dict[str, Candidate]:
+    """Return the chosen robot, the best compromises and the shipped robots, each by its name."""
+    best, shipped = calibration.best, calibration.shipped
+    compromises = (
+        robot for robot in calibration.pareto if robot != best and robot not in shipped.values()
+    )
+    numbered = {str(number): robot for number, robot in enumerate(compromises, 1)}
+    return {'chosen': best, **numbered, **shipped}
+
+
+def _robots_table(calibration: Calibration, robots: Mapping[str, Candidate]) -> str:
     """Return every row of some robots: its value on each engine, in bold beyond the tolerance."""
     plan = calibration.plan
-    columns = [
-        (number, robot, engine)
-        for number, robot in enumerate(robots, 1)
-        for engine in robot.engines
-    ]
+    columns = [(name, robot, engine) for name, robot in robots.items() for engine in robot.engines]
     missed = {
-        (number, engine): {
+        (name, engine): {
             title for title, miss in misses(plan, robot, engine).items() if miss > 1.0
         }
-        for number, robot, engine in columns
+        for name, robot, engine in columns
     }
     lines = [
         (
             row.title,
             _wanted(row),
             *(
-                _cell(row, robot.value(row.title, engine), row.title in missed[number, engine])
-                for number, robot, engine in columns
+                _cell(row, robot.value(row.title, engine), row.title in missed[name, engine])
+                for name, robot, engine in columns
             ),
         )
         for row in plan.rows
     ]
-    counts = [
-        f'{len(missed[number, engine])} of {len(plan.rows)}' for number, _, engine in columns
-    ]
+    counts = [f'{len(missed[name, engine])} of {len(plan.rows)}' for name, _, engine in columns]
     lines.append(('rows missed', '', *counts))
-    return table(
-        ['row', 'wanted', *(f'{number}, {engine}' for number, _, engine in columns)], lines
-    )
+    return table(['row', 'wanted', *(f'{name}, {engine}' for name, _, engine in columns)], lines)
 
 
 def _wanted(row: Row) -> str:

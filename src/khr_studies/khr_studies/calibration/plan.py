@@ -17,6 +17,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass as checked
 
 from khr_bringup.node_registry import table_of
+from khr_bringup.scenario.robots import constants_of, robot_names
 from khr_bringup.scenario.scenario import CONFIG
 from khr_common import KhrError, check, specifications
 from khr_common.text.quoting import named, one_line, quoted
@@ -96,6 +97,8 @@ class CalibrationPlan:
     # after the search, which does not continue from them
     placed: tuple[dict[str, float], ...] = ()
     added: tuple[dict[str, float], ...] = ()
+    # names of shipped robots that are measured with the best candidates and shown beside them
+    robots: tuple[str, ...] = ()
     note: str = ''
 
     @property
@@ -121,11 +124,20 @@ class CalibrationPlan:
             ),
         )
 
+    def constants_of_robot(self, name: str) -> dict[str, float]:
+        """Return the constants of a shipped robot; those it leaves out have their defaults."""
+        values, found = constants_of(name), {}
+        for each, constant in self.constants.items():
+            node, key = _parameter(constant.parameters[0])
+            default = specifications(table_of(node))[key].default
+            found[each] = float(values.get((node, key), default))
+        return found
+
     @property
     def digest(self) -> str:
         """Return a digest of all that determines a measurement: rows, ranges and settings."""
         plan = TypeAdapter(CalibrationPlan).dump_python(self, mode='json')
-        del plan['placed'], plan['added'], plan['note']
+        del plan['placed'], plan['added'], plan['robots'], plan['note']
         text = json.dumps(plan, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -142,6 +154,11 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
             f'{path}: {place}: {first["msg"]}; accepted: constants and rows as in the '
             'shipped config/calibration.yaml'
         ) from error
+    _check_plan(path, plan)
+    return plan
+
+
+def _check_plan(path: Path, plan: CalibrationPlan) -> None:
     if not plan.constants or not plan.limits:
         raise KhrError(f'{path}: accepted: at least one constant and one limit')
     for name in ('placed', 'added'):
@@ -155,11 +172,15 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
     for title in titles:
         if titles.count(title) > 1:
             raise KhrError(f'{path}: {quoted(title)} is there twice; accepted: each row once')
+    if unknown := sorted({*plan.robots} - {*robot_names()}):
+        accepted = ', '.join(robot_names())
+        raise KhrError(
+            f'{path}: robots: {quoted(unknown[0])} is not accepted; accepted: {accepted}'
+        )
     for parameter, value in plan.settings.items():
         _check_parameter(f'{path}: settings', parameter, value)
     for name, constant in plan.constants.items():
         _check_constant(f'{path}: {named(name)}', constant)
-    return plan
 
 
 def _check_constant(place: str, constant: FreeConstant) -> None:

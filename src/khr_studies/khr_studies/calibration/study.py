@@ -8,8 +8,8 @@ The constants of the best robot are a parameter file; nothing is fitted per scen
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.resources import files
 from math import inf
 from pathlib import Path
@@ -50,6 +50,7 @@ class Calibration:
     searched: int = 0  # number of candidates of the search
     pareto: tuple[Candidate, ...] = ()  # robots of which none is better in limits and in mechanism
     resisting: tuple[RowInConflict, ...] = ()  # the rows that the best robot misses
+    shipped: dict[str, Candidate] = field(default_factory=dict)  # the plan's other robots, by name
 
     @property
     def best(self) -> Candidate:
@@ -100,30 +101,42 @@ def calibrate(
         # Workers finish in any order; of candidates with equal costs the first is the best.
         robots = sorted(run_search(search, measurement), key=lambda robot: str(robot.constants))
         confirmed = confirm(search, robots, best, measurement)
-    return calibration_of(search, robots, confirmed), robots
+        shipped = measure_shipped(search, measurement)
+    return calibration_of(search, robots, confirmed, shipped), robots
 
 
 def confirm(
     search: Search, robots: Sequence[Candidate], count: int, measurement: Measurement
 ) -> list[Candidate]:
     """Measure the best candidates again: on both engines, finer, and with more seeds."""
-    seeds = tuple(range(CONFIRM_SEEDS))
-    tasks = [
-        Task(search.plan, robot.constants, search.engines, seeds, inf, CONFIRM_DEG)
-        for robot in ranked(robots)[:count]
-    ]
+    tasks = [_confirmation(search, robot.constants) for robot in ranked(robots)[:count]]
     return measurement.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
 
 
+def measure_shipped(search: Search, measurement: Measurement) -> dict[str, Candidate]:
+    """Measure the other robots of the plan as the best candidates are; return them by name."""
+    names = search.plan.robots
+    tasks = [_confirmation(search, search.plan.constants_of_robot(name)) for name in names]
+    return dict(zip(names, measurement.measure(tasks, CONFIRMED), strict=True))
+
+
+def _confirmation(search: Search, constants: Mapping[str, float]) -> Task:
+    seeds = tuple(range(CONFIRM_SEEDS))
+    return Task(search.plan, constants, search.engines, seeds, inf, CONFIRM_DEG)
+
+
 def calibration_of(
-    search: Search, robots: Sequence[Candidate], confirmed: Sequence[Candidate] = ()
+    search: Search,
+    robots: Sequence[Candidate],
+    confirmed: Sequence[Candidate] = (),
+    shipped: Mapping[str, Candidate] | None = None,
 ) -> Calibration:
     """Return the result of a search.
 
     Raises:
         RunError: if no candidate was measured on every row and kept walking.
     """
-    plan = search.plan
+    plan, shipped = search.plan, dict(shipped or {})
     found = ensemble(plan, confirmed or robots)
     if not found.robots:
         raise RunError(
@@ -135,9 +148,10 @@ def calibration_of(
         search.engine,
         search.seed,
         search.seeds,
-        sum(robot.runs for robot in (*robots, *confirmed)),
+        sum(robot.runs for robot in (*robots, *confirmed, *shipped.values())),
         found,
         searched=len(robots),
-        pareto=pareto_set(plan, confirmed or robots),
+        pareto=pareto_set(plan, [*(confirmed or robots), *shipped.values()]),
         resisting=rows_in_conflict(plan, found.best, robots),
+        shipped=shipped,
     )

@@ -18,6 +18,7 @@ from khr_analysis.peaks import DOMINANT_SHARE
 from khr_analysis.referee import ROBOTS
 from khr_bringup.node_registry import RegisteredNode, controllers, registry
 from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.robots import robot_names
 from khr_bringup.scenario.scenario_table import scenario_markdown
 from khr_common import specifications
 from khr_common.block import NodeSpec
@@ -46,10 +47,13 @@ MODULE = 'khr_studies.documents.docs_generator'  # also when it runs as __main__
 # Kind and page of the stored results, by the name of their file.
 STORED: dict[str, tuple[type[Any], Callable[[Any], str]]] = {
     'scoreboard': (Scoreboard, scoreboard_markdown),
-    'scoreboard_leaning': (
-        Scoreboard,
-        partial(scoreboard_markdown, json='scoreboard_leaning.json'),
-    ),
+    **{
+        f'scoreboard_{robot}': (
+            Scoreboard,
+            partial(scoreboard_markdown, json=f'scoreboard_{robot}.json'),
+        )
+        for robot in robot_names()
+    },
     'calibration': (Calibration, calibration_markdown),
     'findings': (Findings, findings_markdown),
 }

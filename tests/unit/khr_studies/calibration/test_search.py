@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError, RunError
 from khr_studies.calibration import search as calibration_search
 from khr_studies.calibration.ensemble import (
@@ -24,7 +25,7 @@ from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.rows import WantedSupport
 from khr_studies.calibration.search import Measurement, Proposals, Search, run_search
-from khr_studies.calibration.study import Calibration, calibration_of, confirm
+from khr_studies.calibration.study import Calibration, calibration_of, confirm, measure_shipped
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
 from tests import ROOT
@@ -274,6 +275,25 @@ def test_pareto_set_trades_limits_for_the_other_rows():
     assert pareto_set(PLAN, [slower, falls, good]) == (good,)
     lame = robot(lasted=0.9)
     assert pareto_set(PLAN, [lame, slower]) == (lame, slower)
+
+
+def test_a_shipped_robot_is_measured_with_the_best_and_shown_but_never_chosen(tmp_path, here):
+    plan = replace(PLAN, robots=('leaning',))
+    search = replace(SEARCH, plan=plan)
+    assert search.head == SEARCH.head, 'a journal stays valid'
+    with Journal(tmp_path / 'journal', search.head) as book:
+        shipped = measure_shipped(search, Measurement(book, None))
+    assert shipped['leaning'].constants['board'] == 0.2402, 'of its file'
+    assert shipped['leaning'].constants['lift'] == GaitParameters().lift, 'its default'
+    assert here[-1].engines == search.engines and here[-1].seeds == (0, 1, 2)
+    worse = {'leaning': limited(5.9, 12.0)}
+    text = page(calibration_of(search, [robot()], shipped=worse))
+    assert '| row | wanted | chosen, mujoco | leaning, mujoco |' in text
+    better = calibration_of(search, [limited(5.9, 12.0)], shipped={'leaning': robot()})
+    assert better.best == limited(5.9, 12.0) and better.found.robots == [better.best]
+    assert '--robot leaning' in page(better) and '--robot' not in page(
+        calibration_of(SEARCH, [robot()])
+    )
 
 
 def test_a_row_missed_is_searched_among_all_candidates():
