@@ -2,6 +2,7 @@
 
 import pytest
 
+from khr_bringup.offline import run_offline
 from khr_bringup.scenario.robots import constants_of, on_robot, robot_names
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
@@ -9,7 +10,7 @@ from khr_common.errors import KhrError
 
 def test_robot_gives_the_parameters_that_the_scenario_leaves_out():
     walk = load_scenario('walk_6.99deg_ka12').changed({('gyro', 'bandwidth'): 3.0})
-    assert robot_names() == ['leaning']
+    assert robot_names() == ['compliant', 'leaning']
     leaning = on_robot(walk, 'leaning')
     assert leaning.of('ankle_controller')['reference_offset'] == -0.7072
     assert leaning.of('gyro')['bandwidth'] == 3.0, 'the scenario states it'
@@ -21,8 +22,26 @@ def test_robot_is_a_file_as_well_and_an_unknown_one_is_refused(tmp_path):
     file = tmp_path / 'soft.yaml'
     file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: 20.0\n')
     assert constants_of(str(file)) == {('simulator', 'gear_stiffness'): 20.0}
-    with pytest.raises(KhrError, match="'stiff': no such robot; accepted: leaning, or"):
+    with pytest.raises(KhrError, match="'stiff': no such robot; accepted: compliant, leaning, or"):
         constants_of('stiff')
     file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: -1.0\n')
     with pytest.raises(KhrError, match=r'soft.yaml: simulator: gear_stiffness: -1.0'):
         constants_of(str(file))
+
+
+@pytest.mark.slow
+def test_feedback_raises_the_vibration_of_the_compliant_robot_and_rubber_calms_it():
+    def vibration(inclination, gain, surface='smooth'):
+        changes = [
+            f'simulator.inclination_deg={inclination}',
+            f'simulator.surface={surface}',
+            'simulator.engine=mujoco',
+            f'ankle_controller.gain={gain}',
+        ]
+        walk = load_scenario('walk_8.88deg_ka12').set_to(changes)
+        outcome = run_offline(on_robot(walk, 'compliant')).outcome
+        assert outcome.stayed_up
+        return outcome.vibration
+
+    assert vibration(5.55, 0.0) < vibration(5.55, 12.0) < 0.9 * vibration(5.55, 18.0)
+    assert vibration(8.88, 12.0, 'rubber') < 0.9 * vibration(8.88, 18.0)

@@ -84,8 +84,8 @@ RobotOption = Annotated[
     str,
     typer.Option(
         '--robot',
-        help='Constants of another robot, leaning or a parameter file; values of the scenario '
-        'itself take precedence.',
+        help='Constants of another robot: compliant, leaning or a parameter file; values of '
+        'the scenario itself take precedence.',
     ),
 ]
 EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
