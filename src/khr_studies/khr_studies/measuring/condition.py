@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
+from khr_bringup.scenario.robots import constants_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
@@ -27,9 +28,10 @@ def with_seed(seed: int) -> Changes:
 SEARCHED = (('simulator', 'inclination_deg'), *dict(with_seed(0)))
 
 
-def with_engine(engine: str, changes: Changes = ()) -> Changes:
-    """Return changes preceded by the one that selects a physics engine."""
-    return ((ENGINE, engine), *changes)
+def with_engine(engine: str, changes: Changes = (), robot: str = '') -> Changes:
+    """Return changes preceded by those that select a physics engine and another robot."""
+    constants = constants_of(robot).items() if robot else ()
+    return ((ENGINE, engine), *constants, *changes)
 
 
 def stiffer_pid(factor: float) -> Changes:

@@ -14,6 +14,7 @@ import pandas as pd
 
 from khr_bringup.code_version import code_version
 from khr_bringup.recorded.run_signals import Series
+from khr_bringup.scenario.robots import on_robot
 from khr_bringup.scenario.scenario import CONFIG, Scenario
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
@@ -137,28 +138,35 @@ def specification_of(name: str, fast: bool) -> Sweep:
     return load_sweep(files[name], fast)
 
 
-def root_of(engine: str) -> Path:
-    """Return the folder of all experiments on a physics engine."""
-    return ROOT if engine == engines.DEFAULT else ROOT / engine
+def root_of(engine: str, robot: str = '') -> Path:
+    """Return the folder of all experiments on a physics engine, with a robot."""
+    root = ROOT / Path(robot).stem if robot else ROOT
+    return root if engine == engines.DEFAULT else root / engine
 
 
-def folder_of(name: str, fast: bool, engine: str = engines.DEFAULT) -> Path:
+def folder_of(name: str, fast: bool, engine: str = engines.DEFAULT, robot: str = '') -> Path:
     """Return the folder of an experiment."""
-    return root_of(engine) / (f'{name}-fast' if fast else name)
+    return root_of(engine, robot) / (f'{name}-fast' if fast else name)
 
 
 def sweeps_of(
-    names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
+    names: Iterable[str], fast: bool, engine: str = engines.DEFAULT, robot: str = ''
 ) -> dict[Path, Sweep]:
-    """Read experiments, or their quick form; return them by folder."""
+    """Read experiments, or their quick form; return them by folder.
+
+    Args:
+        robot: constants of another robot, by name or file; the default one if empty.
+    """
     change = {ENGINE: engine} if engine != engines.DEFAULT else {}
-    sweeps = {folder_of(name, fast, engine): specification_of(name, fast) for name in names}
-    return {
-        folder: replace(
-            sweep, scenarios={name: one.changed(change) for name, one in sweep.scenarios.items()}
-        )
-        for folder, sweep in sweeps.items()
-    }
+    found = {}
+    for name in names:
+        sweep = specification_of(name, fast)
+        scenarios = {
+            label: (on_robot(one, robot) if robot else one).changed(change)
+            for label, one in sweep.scenarios.items()
+        }
+        found[folder_of(name, fast, engine, robot)] = replace(sweep, scenarios=scenarios)
+    return found
 
 
 @contextmanager
@@ -224,7 +232,7 @@ def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experim
 
 
 def runs_by_name(
-    names: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT
+    names: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT, robot: str = ''
 ) -> dict[str, Runs]:
     """Return the finished runs of experiments."""
-    return {name: runs_of(folder_of(name, fast, engine)) for name in names}
+    return {name: runs_of(folder_of(name, fast, engine, robot)) for name in names}

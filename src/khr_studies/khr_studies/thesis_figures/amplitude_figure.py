@@ -15,6 +15,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario.robots import constants_of
 from khr_report.plots.plot_style import LOOKS, head, panels
 from khr_sim.physics import engines
 from khr_studies.measuring.condition import Changes, Condition, with_engine
@@ -27,10 +28,11 @@ HIP_HEIGHT = 0.113  # m, 2 mm lower than by default: the leg reaches the steps o
 SHIFTED = ('com_stance', 'com_lifted', 'com_touchdown')
 
 
-def shifted(shift: float) -> Changes:
+def shifted(shift: float, robot: str = '') -> Changes:
     """Return the changes that shift the centre of mass forward through the whole walk, m."""
-    gait = GaitParameters()
-    places = ((('gait', key), round(getattr(gait, key) + shift, 6)) for key in SHIFTED)
+    own = constants_of(robot) if robot else {}
+    at_rest = {key: own.get(('gait', key), getattr(GaitParameters(), key)) for key in SHIFTED}
+    places = ((('gait', key), round(value + shift, 6)) for key, value in at_rest.items())
     return (*places, (('gait', 'hip_height'), HIP_HEIGHT))
 
 
@@ -59,6 +61,7 @@ def measure_amplitudes(
     shifts: Sequence[float] = SHIFTS,
     slopes_deg: Sequence[float] = SLOPES_DEG,
     seeds: int = SEEDS,
+    robot: str = '',
 ) -> pd.DataFrame:
     """Walk without control with each shift, slope and seed.
 
@@ -68,7 +71,7 @@ def measure_amplitudes(
     """
     rows = []
     for shift in shifts:
-        condition = Condition('walk', changes=with_engine(engine, shifted(shift)))
+        condition = Condition('walk', changes=with_engine(engine, shifted(shift, robot), robot))
         for slope in slopes_deg:
             for seed in range(seeds):
                 if found := walked_amplitude(condition, slope, seed):

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import COLORS, LOOKS, head, panels
 from khr_sim.physics import engines
+from khr_studies.measuring.condition import with_engine
 from khr_studies.measuring.loop_response import Loop, OpenLoop, open_loop
 
 # The largest gains of the thesis: beyond K_A 18 and at K_H 14 the robot vibrates.
@@ -27,13 +28,13 @@ class LoopResponse(NamedTuple):
     response: OpenLoop
 
 
-def measure_loops(engine: str = engines.DEFAULT) -> list[LoopResponse]:
+def measure_loops(engine: str = engines.DEFAULT, robot: str = '') -> list[LoopResponse]:
     """Measure the open loops of ankle and hip on a standing robot.
 
     Raises:
         RunError: if the robot falls.
     """
-    changes = ((('simulator', 'engine'), engine),)
+    changes = with_engine(engine, robot=robot)
     return [
         LoopResponse(
             loop,

@@ -6,7 +6,7 @@ their runs. Its CSV has a row per point of every labelled line, with panel and a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from khr_common.checks import one_of
 from khr_common.errors import KhrError
 from khr_common.files import written
+from khr_common.text.quoting import quoted
 from khr_report.folders import make_folder
 from khr_report.plots.paper import PICTURES, VECTOR, remove_heading, set_columns
 from khr_report.plots.plot_style import head, save, styled
@@ -64,19 +65,35 @@ class Drawing:
         """Return True if it shows a pitch rate of runs that can be chosen."""
         return _takes(self.figure, 'rate')
 
-    def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
+    def check_robot(self, robot: str) -> None:
+        """Check that it can show another robot.
+
+        Raises:
+            KhrError: if it measures the default robot only.
+        """
+        if robot and _takes(self.measure, 'engine') and not _takes(self.measure, 'robot'):
+            raise KhrError(
+                f'--robot: {quoted(robot)} is not accepted for "{self.title}"; accepted: figures of '
+                'leg lifts and walks'
+            )
+
+    def draw(
+        self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False, robot: str = ''
+    ) -> Figure:
         """Measure the data if needed, then draw the figure.
 
         Args:
             of_runs: the runs of its experiments, and one of RATES if it shows a pitch rate.
             engine: physics engine of the measurement.
             fast: whether to measure coarsely if possible.
+            robot: constants of another robot for the measurement, by name or file.
         """
         measure = (fast and self.quick) or self.measure
         if measure is None:
             return self.figure(*of_runs)
-        on_engine = {'engine': engine} if _takes(measure, 'engine') else {}
-        return self.figure(measure(*of_runs, **on_engine))
+        given = {'engine': engine, 'robot': robot}
+        taken = {name: value for name, value in given.items() if _takes(measure, name)}
+        return self.figure(measure(*of_runs, **taken))
 
 
 def _takes(function: Callable[..., Any] | None, name: str) -> bool:
@@ -220,15 +237,18 @@ def expand_numbers(asked: Sequence[str]) -> list[str]:
     return list(found)
 
 
-def paths(number: str, out: Path, engine: str = engines.DEFAULT) -> tuple[Path, Path]:
+def paths(
+    number: str, out: Path, engine: str = engines.DEFAULT, robot: str = ''
+) -> tuple[Path, Path]:
     """Return the paths of a figure's PNG and CSV in a folder."""
-    name = f'figure_{number.replace(".", "_")}{engine_suffix(number, engine)}'
+    name = '_'.join((f'figure_{number.replace(".", "_")}', *_differing(number, engine, robot)))
     return out / f'{name}.png', out / f'{name}.csv'
 
 
-def engine_suffix(number: str, engine: str) -> str:
-    """Return the part of the file names that tells another engine from the default one."""
-    return f'_{engine}' if engine != engines.DEFAULT and drawing_of(number).of_robot else ''
+def _differing(number: str, engine: str, robot: str) -> list[str]:
+    """Return the names of engine and robot of a figure, each if it is not the default one."""
+    names = [Path(robot).stem, engine if engine != engines.DEFAULT else '']
+    return [name for name in names if name and drawing_of(number).of_robot]
 
 
 def draw(
@@ -240,6 +260,7 @@ def draw(
     engine: str = engines.DEFAULT,
     columns: int | None = None,
     note: Callable[[str], object] = lambda text: None,
+    robot: str = '',
 ) -> list[Path]:
     """Draw a figure and write it as picture and CSV.
 
@@ -252,6 +273,7 @@ def draw(
         engine: physics engine of the runs and of the measurement.
         columns: width for a paper, without a heading, as .pdf and .svg always are; 1 or 2.
         note: is called with the heading and notes of a figure without them.
+        robot: constants of another robot of the runs and the measurement, by name or file.
 
     Returns:
         The paths of the picture and the CSV.
@@ -259,16 +281,18 @@ def draw(
     drawing = drawing_of(number)
     if signal is not None and signal not in RATES:
         raise KhrError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
-    image, points = paths(number, out, engine)
+    image, points = paths(number, out, engine, robot)
     if out.suffix in PICTURES:
         image, points = out, out.with_suffix('.csv')
     make_folder(image.parent)
     with styled():
         needed = {name: (runs or {})[name] for name in drawing.experiments}
         rate = [RATES[signal]] if signal and drawing.rate else []
-        figure = drawing.draw(*([needed] if needed else []), *rate, engine=engine, fast=fast)
-        if engine_suffix(number, engine):
-            head(figure, f'{figure.get_suptitle()}; on {engine}')
+        figure = drawing.draw(
+            *([needed] if needed else []), *rate, engine=engine, fast=fast, robot=robot
+        )
+        if others := _differing(number, engine, robot):
+            head(figure, f'{figure.get_suptitle()}; {", ".join(others)}')
         write_points(figure, points)
         if columns is not None or image.suffix in VECTOR:
             note(remove_heading(figure))
@@ -280,7 +304,7 @@ def draw(
 
 
 def run_experiments(
-    numbers: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT
+    numbers: Sequence[str], fast: bool = False, engine: str = engines.DEFAULT, robot: str = ''
 ) -> dict[str, Runs]:
     """Run the missing runs of the experiments of figures; return all their runs by experiment.
 
@@ -288,6 +312,9 @@ def run_experiments(
         RunError: if the computation was aborted; finished runs are kept.
     """
     one_of('--engine', engine, [*engines.LIBRARIES])
+    for number in numbers:
+        drawing_of(number).check_robot(robot)
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}
-    experiments.run_sweeps(experiments.sweeps_of([*needed], fast, engine), check_workers(None))
-    return experiments.runs_by_name(needed, fast, engine)
+    sweeps = experiments.sweeps_of([*needed], fast, engine, robot)
+    experiments.run_sweeps(sweeps, check_workers(None))
+    return experiments.runs_by_name(needed, fast, engine, robot)

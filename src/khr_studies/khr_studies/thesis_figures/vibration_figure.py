@@ -98,7 +98,10 @@ def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dic
 
 
 def measure_bands(
-    engine: str = engines.DEFAULT, gains: Sequence[float] = GAINS, seeds: int = SEEDS
+    engine: str = engines.DEFAULT,
+    gains: Sequence[float] = GAINS,
+    seeds: int = SEEDS,
+    robot: str = '',
 ) -> pd.DataFrame:
     """Walk with each gain and seed; return ``gain``, ``seed`` and the columns of a walk.
 
@@ -106,7 +109,7 @@ def measure_bands(
     """
     rows = []
     for gain in gains:
-        condition = Condition('walk', gain, changes=with_engine(engine))
+        condition = Condition('walk', gain, changes=with_engine(engine, robot=robot))
         for seed in range(seeds):
             if found := walked_bands(condition, INCLINATION_DEG, seed):
                 rows.append({'gain': gain, 'seed': seed, **found})
@@ -136,6 +139,6 @@ def vibration_by_gain(table: pd.DataFrame) -> Figure:
     head(
         figure,
         f'Vibration of the walk by band, at {INCLINATION_DEG:g}°',
-        'the loop amplifies its own band; it damps the rocking, and the feet hit the ground less hard',
+        'the loop rings in its own band; impacts of the feet fill the band above',
     )
     return figure

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.robots import constants_of
 from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import Bench, limit_of_seed, walk
@@ -160,3 +161,12 @@ def test_experiments_on_another_engine_have_folders_of_their_own():
     assert own != other and other.name == own.name
     for scenario in found[other].scenarios.values():
         assert scenario.table(RunParameters).engine == 'mujoco'
+
+
+def test_experiments_with_another_robot_have_its_constants_and_folders_of_their_own():
+    (own,) = sweeps_of(['walk_soles'], True)
+    (other,) = (found := sweeps_of(['walk_soles'], True, robot='compliant'))
+    assert other == own.parent / 'compliant' / own.name
+    stiffness = constants_of('compliant')['simulator', 'gear_stiffness']
+    for scenario in found[other].scenarios.values():
+        assert scenario.whole('simulator')['gear_stiffness'] == stiffness

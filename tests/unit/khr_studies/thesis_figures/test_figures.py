@@ -8,12 +8,17 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from khr_bringup.scenario.robots import constants_of
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
 from khr_report.plots.points import write_points
 from khr_studies.thesis_figures import registry
-from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
+from khr_studies.thesis_figures.amplitude_figure import (
+    amplitude_by_slope,
+    measure_amplitudes,
+    shifted,
+)
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from khr_studies.thesis_figures.vibration_figure import (
@@ -122,6 +127,20 @@ def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
     assert table['vibration'].to_numpy() == pytest.approx(np.sqrt(squares).to_numpy())
     with styled():
         check_whole(vibration_by_gain(table.reset_index()))
+
+
+@pytest.mark.slow
+def test_another_robot_is_measured_with_its_own_constants():
+    table = measure_bands('mujoco', (0.0, 12.0), 1, robot='compliant').set_index('gain')
+    assert table.at[12.0, 'loop'] > 1.3 * table.at[0.0, 'loop']
+    ankle, _ = measure_loops('mujoco', 'compliant')
+    assert (
+        ankle.response.margin().frequency
+        > 5.0
+        > measure_loops('mujoco')[0].response.margin().frequency
+    )
+    com = constants_of('compliant')['gait', 'com_lifted']
+    assert dict(shifted(0.01, 'compliant'))['gait', 'com_lifted'] == pytest.approx(com + 0.01)
 
 
 @pytest.mark.slow

@@ -303,6 +303,14 @@ def test_another_engine_is_in_name_and_title(tmp_path):
         run_experiments(['3.4'], engine='ode')
 
 
+def test_another_robot_is_in_name_and_title_and_refused_where_it_is_not_measured(tmp_path):
+    runs, on = runs_for('5.5', NOBODY), {'engine': 'mujoco', 'robot': 'compliant'}
+    assert draw('5.5', tmp_path, runs, **on)[0].name == 'figure_5_5_compliant_mujoco.png'
+    assert draw('3.8', tmp_path, robot='compliant')[0].name == 'figure_3_8.png', 'a model has none'
+    with pytest.raises(KhrError, match=r"--robot: 'compliant' is not accepted for .Recovery of"):
+        run_experiments(['3.8', '4.11'], robot='compliant')
+
+
 @pytest.mark.parametrize(
     ('phi', 'condition', 'lines'),
     [

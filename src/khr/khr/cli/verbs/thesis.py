@@ -51,6 +51,7 @@ def figure(
         ),
     ] = None,
     engine: EngineOption = engines.DEFAULT,
+    robot: RobotOption = '',
 ) -> None:
     """Draw figures of the thesis from its models, or from experiments, which are run first."""
     from khr_report.plots.paper import PICTURES
@@ -61,11 +62,13 @@ def figure(
         raise KhrError(
             f'--out: {str(out)!r} is not accepted; accepted: a folder, for {len(asked)} figures'
         )
-    runs = registry.run_experiments(asked, fast, engine)
+    runs = registry.run_experiments(asked, fast, engine, robot)
     console = Console(stderr=True)
     for place, number in enumerate(asked, 1):
         with console.status(f'drawing figure {number}, {place} of {len(asked)}'):
-            paths = registry.draw(number, out, runs, fast, signal, engine, columns, print)
+            paths = registry.draw(
+                number, out, runs, fast, signal, engine, columns, print, robot=robot
+            )
         for path in paths:
             print(path)
 
