@@ -7,6 +7,7 @@ robot of a run without a name.
 from __future__ import annotations
 
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,14 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
         )
     values = parse(read_file(path), str(path), path.stem).values
     return {(node, key): value for node, keys in values.items() for key, value in keys.items()}
+
+
+def label_of(robot: str) -> str:
+    """Return a name for files: that of a shipped robot; of a file its stem and a digest."""
+    if not robot.endswith('.yaml'):
+        return robot
+    path = Path(robot)
+    return f'{path.stem}-{sha256(path.read_bytes()).hexdigest()[:8]}'
 
 
 def on_robot(scenario: Scenario, robot: str) -> Scenario:

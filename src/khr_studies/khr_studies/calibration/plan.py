@@ -125,12 +125,23 @@ class CalibrationPlan:
         )
 
     def constants_of_robot(self, name: str) -> dict[str, float]:
-        """Return the constants of a shipped robot; those it leaves out have their defaults."""
+        """Return the constants of a shipped robot; those it leaves out have their defaults.
+
+        Raises:
+            KhrError: if it sets another parameter of these nodes, which a candidate cannot have.
+        """
         values, found = constants_of(name), {}
         for each, constant in self.constants.items():
-            node, key = _parameter(constant.parameters[0])
-            default = specifications(table_of(node))[key].default
-            found[each] = float(values.get((node, key), default))
+            place = _parameter(constant.parameters[0])
+            found[each] = float(values.get(place, _default(*place)))
+        changes = dict(self.changes(found))
+        nodes = {node for node, _ in changes}
+        for (node, key), value in values.items():
+            if node in nodes and changes.get((node, key), _default(node, key)) != value:
+                raise KhrError(
+                    f'robots: {quoted(name)}: {node}.{key} of {value} is not accepted; accepted: '
+                    'a robot that differs in constants of the plan alone'
+                )
         return found
 
     @property
@@ -155,6 +166,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
             'shipped config/calibration.yaml'
         ) from error
     _check_plan(path, plan)
+    _check_robots(path, plan)
     return plan
 
 
@@ -172,15 +184,23 @@ def _check_plan(path: Path, plan: CalibrationPlan) -> None:
     for title in titles:
         if titles.count(title) > 1:
             raise KhrError(f'{path}: {quoted(title)} is there twice; accepted: each row once')
-    if unknown := sorted({*plan.robots} - {*robot_names()}):
-        accepted = ', '.join(robot_names())
-        raise KhrError(
-            f'{path}: robots: {quoted(unknown[0])} is not accepted; accepted: {accepted}'
-        )
     for parameter, value in plan.settings.items():
         _check_parameter(f'{path}: settings', parameter, value)
     for name, constant in plan.constants.items():
         _check_constant(f'{path}: {named(name)}', constant)
+
+
+def _check_robots(path: Path, plan: CalibrationPlan) -> None:
+    accepted = robot_names()
+    for name in plan.robots:
+        if name not in accepted:
+            raise KhrError(
+                f'{path}: robots: {quoted(name)} is not accepted; accepted: {", ".join(accepted)}'
+            )
+        try:
+            plan.constants_of_robot(name)
+        except KhrError as error:
+            raise KhrError(f'{path}: {error}') from error
 
 
 def _check_constant(place: str, constant: FreeConstant) -> None:
@@ -200,6 +220,10 @@ def _check_parameter(place: str, parameter: str, value: Any) -> None:
         check(table_of(node), key, value)
     except (KhrError, KeyError, ValueError) as error:
         raise KhrError(f'{place}: {named(parameter)}: {one_line(str(error))}') from error
+
+
+def _default(node: str, key: str) -> Any:
+    return specifications(table_of(node))[key].default
 
 
 def _parameter(text: str) -> tuple[str, str]:

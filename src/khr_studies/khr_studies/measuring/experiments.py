@@ -14,7 +14,7 @@ import pandas as pd
 
 from khr_bringup.code_version import code_version
 from khr_bringup.recorded.run_signals import Series
-from khr_bringup.scenario.robots import on_robot
+from khr_bringup.scenario.robots import label_of, on_robot
 from khr_bringup.scenario.scenario import CONFIG, Scenario
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
@@ -140,7 +140,7 @@ def specification_of(name: str, fast: bool) -> Sweep:
 
 def root_of(engine: str, robot: str = '') -> Path:
     """Return the folder of all experiments on a physics engine, with a robot."""
-    root = ROOT / Path(robot).stem if robot else ROOT
+    root = ROOT / 'robots' / label_of(robot) if robot else ROOT
     return root if engine == engines.DEFAULT else root / engine
 
 

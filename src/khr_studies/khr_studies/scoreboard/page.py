@@ -262,6 +262,7 @@ def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str
         *([f'--robot {board.robot}'] if board.robot else []),
         *([f'--engine {engine}'] if engine != engines.DEFAULT else []),
         *(['--no-explain'] if board.explanations is None else []),
+        *([f'--out docs/{Path(json).stem}.md'] if board.robot else []),
     ]
     whole = ' '.join(['khr scoreboard', *options])
     command = '`khr reproduce --fast`' if board.seeds < ENOUGH else f'`{whole}`'

@@ -1,6 +1,6 @@
 """The amplitude of the pitch rate over the slope, with the centre of mass shifted fore and aft.
 
-The thesis: the amplitude grows with the slope. On the simulated robot it falls while the slope
+The thesis: the amplitude grows with the slope. On the default robot it falls while the slope
 moves the load from the heels to the toes. Once the heels lift, in the last two degrees before the
 limit, it rises or at least falls no more. A centre of mass farther ahead moves both to a gentler
 slope, and the limit with them. Delta is the toe force less the heel force.
@@ -99,6 +99,6 @@ def amplitude_by_slope(table: pd.DataFrame) -> Figure:
     head(
         figure,
         'Amplitude of the pitch rate without control, by slope and centre of mass',
-        'it falls while the load moves to the toes, and no more once the heels lift, before the limit',
+        'over the second to the fourth cycle; the load moves to the toes until the heels lift',
     )
     return figure

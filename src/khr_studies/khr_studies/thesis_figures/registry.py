@@ -15,6 +15,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from khr_bringup.scenario.robots import constants_of, label_of
 from khr_common.checks import one_of
 from khr_common.errors import KhrError
 from khr_common.files import written
@@ -74,7 +75,7 @@ class Drawing:
         if robot and _takes(self.measure, 'engine') and not _takes(self.measure, 'robot'):
             raise KhrError(
                 f'--robot: {quoted(robot)} is not accepted for "{self.title}"; accepted: figures of '
-                'leg lifts and walks'
+                'leg lifts and walks, not of pushes'
             )
 
     def draw(
@@ -247,7 +248,7 @@ def paths(
 
 def _differing(number: str, engine: str, robot: str) -> list[str]:
     """Return the names of engine and robot of a figure, each if it is not the default one."""
-    names = [Path(robot).stem, engine if engine != engines.DEFAULT else '']
+    names = [label_of(robot) if robot else '', engine if engine != engines.DEFAULT else '']
     return [name for name in names if name and drawing_of(number).of_robot]
 
 
@@ -312,6 +313,8 @@ def run_experiments(
         RunError: if the computation was aborted; finished runs are kept.
     """
     one_of('--engine', engine, [*engines.LIBRARIES])
+    if robot:
+        constants_of(robot)
     for number in numbers:
         drawing_of(number).check_robot(robot)
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}

@@ -1,6 +1,6 @@
 """The vibration of a walk by its bands of frequency, over the ankle gain.
 
-The thesis: feedback raises the vibration. On the simulated robot two effects add up. The feedback
+The thesis: feedback raises the vibration. On the default robot two effects add up. The feedback
 amplifies the band around the frequency at which its loop becomes unstable, and it damps the rocking
 of the robot, so that its feet hit the ground less hard, which lowers the bands above.
 """

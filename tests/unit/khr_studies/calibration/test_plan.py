@@ -56,6 +56,10 @@ def check_default(name):
     ('change', 'word'),
     [
         (lambda d: d['constants']['com_lifted'].update(range=[0.02, 0.01]), 'range'),
+        (
+            lambda d: d.update(robots=['leaning']),
+            "'leaning': simulator\\.|'leaning': ankle_controller\\.|'leaning': gait\\.",
+        ),
         (lambda d: d.update(robots=['stiff']), "robots: 'stiff' is not accepted"),
         (lambda d: d['constants']['com_lifted'].update(parameters=['gait.no']), 'gait.no'),
         (lambda d: d['constants']['com_lifted'].update(logarithmic=True, range=[0, 1e-2]), '> 0'),

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario import robots
 from khr_common import KhrError, RunError
 from khr_studies.calibration import search as calibration_search
 from khr_studies.calibration.ensemble import (
@@ -277,23 +278,31 @@ def test_pareto_set_trades_limits_for_the_other_rows():
     assert pareto_set(PLAN, [lame, slower]) == (lame, slower)
 
 
-def test_a_shipped_robot_is_measured_with_the_best_and_shown_but_never_chosen(tmp_path, here):
-    plan = replace(PLAN, robots=('leaning',))
-    search = replace(SEARCH, plan=plan)
+def test_a_shipped_robot_is_measured_with_the_best_and_shown_but_never_chosen(
+    tmp_path, here, monkeypatch
+):
+    monkeypatch.setattr(robots, 'ROBOTS', tmp_path)
+    file = tmp_path / 'soft.yaml'
+    file.write_text('simulator:\n  ros__parameters:\n    friction_smooth: 0.24\n')
+    search = replace(SEARCH, plan=replace(PLAN, robots=('soft',)))
     assert search.head == SEARCH.head, 'a journal stays valid'
     with Journal(tmp_path / 'journal', search.head) as book:
         shipped = measure_shipped(search, Measurement(book, None))
-    assert shipped['leaning'].constants['board'] == 0.2402, 'of its file'
-    assert shipped['leaning'].constants['lift'] == GaitParameters().lift, 'its default'
+    assert shipped['soft'].constants['board'] == 0.24, 'of its file'
+    assert shipped['soft'].constants['lift'] == GaitParameters().lift, 'its default'
     assert here[-1].engines == search.engines and here[-1].seeds == (0, 1, 2)
-    worse = {'leaning': limited(5.9, 12.0)}
+    worse = {'soft': limited(5.9, 12.0)}
     text = page(calibration_of(search, [robot()], shipped=worse))
-    assert '| row | wanted | chosen, mujoco | leaning, mujoco |' in text
-    better = calibration_of(search, [limited(5.9, 12.0)], shipped={'leaning': robot()})
+    assert '| row | wanted | chosen, mujoco | soft, mujoco |' in text
+    better = calibration_of(search, [limited(5.9, 12.0)], shipped={'soft': robot()})
     assert better.best == limited(5.9, 12.0) and better.found.robots == [better.best]
-    assert '--robot leaning' in page(better) and '--robot' not in page(
-        calibration_of(SEARCH, [robot()])
-    )
+    assert '--robot soft' in page(better)
+    assert '--robot' not in page(calibration_of(SEARCH, [robot()]))
+    file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: 20.0\n')
+    with pytest.raises(
+        KhrError, match=r"'soft': simulator.gear_stiffness of 20.0 is not accepted"
+    ):
+        measure_shipped(search, Measurement(book, None))
 
 
 def test_a_row_missed_is_searched_among_all_candidates():

@@ -309,6 +309,8 @@ def test_another_robot_is_in_name_and_title_and_refused_where_it_is_not_measured
     assert draw('3.8', tmp_path, robot='compliant')[0].name == 'figure_3_8.png', 'a model has none'
     with pytest.raises(KhrError, match=r"--robot: 'compliant' is not accepted for .Recovery of"):
         run_experiments(['3.8', '4.11'], robot='compliant')
+    with pytest.raises(KhrError, match="'stiff': no such robot"):
+        run_experiments(['3.8'], robot='stiff')
 
 
 @pytest.mark.parametrize(
