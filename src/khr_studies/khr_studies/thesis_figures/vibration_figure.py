@@ -134,7 +134,8 @@ def vibration_by_gain(table: pd.DataFrame) -> Figure:
     for axis in axes:
         axis.set(xlabel='K_A', ylabel='pitch rate, root mean square (°/s)')
         axis.set_ylim(bottom=0.0)
-    axes[0].legend()
+    axes[0].set_ylim(top=1.4 * axes[0].get_ylim()[1])  # the legend above the curves
+    axes[0].legend(loc='upper left')
     axes[2].set(ylabel='standard deviation (N)')
     head(
         figure,
