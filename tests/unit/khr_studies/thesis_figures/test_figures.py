@@ -8,17 +8,14 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from khr.cli.verbs import thesis
 from khr_bringup.scenario.robots import constants_of
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
 from khr_report.plots.points import write_points
-from khr_studies.thesis_figures import registry
-from khr_studies.thesis_figures.amplitude_figure import (
-    amplitude_by_slope,
-    measure_amplitudes,
-    shifted,
-)
+from khr_studies.thesis_figures import amplitude_figure, registry
+from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from khr_studies.thesis_figures.vibration_figure import (
@@ -133,14 +130,25 @@ def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
 def test_another_robot_is_measured_with_its_own_constants():
     table = measure_bands('mujoco', (0.0, 12.0), 1, robot='compliant').set_index('gain')
     assert table.at[12.0, 'vibration'] > 1.05 * table.at[0.0, 'vibration'], 'less by default'
-    ankle, _ = measure_loops('mujoco', 'compliant')
-    assert (
-        ankle.response.margin().frequency
-        > 5.0
-        > measure_loops('mujoco')[0].response.margin().frequency
+
+
+def test_another_robot_reaches_the_measurement_from_the_command(tmp_path):
+    thesis.figure(['open_loops'], tmp_path, engine='mujoco', robot='compliant')
+    points = (tmp_path / 'figure_open_loops_compliant_mujoco.csv').read_text()
+    margin = measure_loops('mujoco', 'compliant')[0].response.margin()
+    assert margin.frequency > 5.0 > measure_loops('mujoco')[0].response.margin().frequency
+    assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in points
+
+
+def test_the_centre_of_mass_of_another_robot_is_shifted_from_its_own_place(monkeypatch):
+    walked = []
+    monkeypatch.setattr(
+        amplitude_figure, 'walked_amplitude', lambda condition, *_: walked.append(condition)
     )
-    com = constants_of('compliant')['gait', 'com_lifted']
-    assert dict(shifted(0.01, 'compliant'))['gait', 'com_lifted'] == pytest.approx(com + 0.01)
+    measure_amplitudes('mujoco', (0.01,), (0,), 1, robot='compliant')
+    constants, changes = constants_of('compliant'), dict(walked[0].changes)
+    assert changes['simulator', 'gear_stiffness'] == constants['simulator', 'gear_stiffness']
+    assert changes['gait', 'com_lifted'] == pytest.approx(constants['gait', 'com_lifted'] + 0.01)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pytest
 from khr_common import KhrError
 from khr_models.pendulum import Pendulum
 from khr_report.plots.plot_style import styled
+from khr_studies.measuring import experiments
 from khr_studies.measuring.thesis_values import (
     COMMON_DEG,
     LIMITS,
@@ -301,6 +302,16 @@ def test_another_engine_is_in_name_and_title(tmp_path):
     assert draw('3.8', tmp_path, engine='mujoco')[0].name == 'figure_3_8.png', 'a model has none'
     with pytest.raises(KhrError, match=r'bullet \| mujoco'):
         run_experiments(['3.4'], engine='ode')
+
+
+def test_another_robot_is_in_the_experiments_of_a_figure(monkeypatch):
+    ran = {}
+    monkeypatch.setattr(experiments, 'run_sweeps', lambda sweeps, _: ran.update(sweeps))
+    monkeypatch.setattr(experiments, 'runs_of', lambda folder: [folder])
+    runs = run_experiments(['5.13'], fast=True, robot='compliant')
+    assert [folder for found in runs.values() for folder in found] == [*ran]
+    assert all(folder.parent == experiments.root_of('bullet', 'compliant') for folder in ran)
+    assert experiments.root_of('bullet') not in [folder.parent for folder in ran]
 
 
 def test_another_robot_is_in_name_and_title_and_refused_where_it_is_not_measured(tmp_path):
