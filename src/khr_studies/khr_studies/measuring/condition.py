@@ -29,7 +29,7 @@ SEARCHED = (('simulator', 'inclination_deg'), *dict(with_seed(0)))
 
 
 def with_engine(engine: str, changes: Changes = (), robot: str = '') -> Changes:
-    """Return changes preceded by those that select a physics engine and another robot."""
+    """Return a physics engine, the constants of another robot if one is named, then changes."""
     constants = constants_of(robot).items() if robot else ()
     return ((ENGINE, engine), *constants, *changes)
 

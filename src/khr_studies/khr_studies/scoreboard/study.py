@@ -11,7 +11,6 @@ from dataclasses import replace
 from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.scenario.robots import constants_of
 from khr_common.checks import integer
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
@@ -94,12 +93,10 @@ def scoreboard(
         engine: of the measurements; the limits are measured on the other engine as well.
     """
     integer('--seeds', seeds, 2, 100)
-    settings: Changes = tuple(constants_of(robot).items()) if robot else ()
     spread = {} if robot else spread_of(read_ensemble())
     with local_pool(jobs, '--workers') as pool:
-        bench = Bench(
-            pool, seeds, tolerance, spread=spread, settings=with_engine(engine, settings)
-        )
+        settings = with_engine(engine, robot=robot)
+        bench = Bench(pool, seeds, tolerance, spread=spread, settings=settings)
         return replace(compare(bench, explain), robot=robot)
 
 
