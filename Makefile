@@ -25,7 +25,7 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick bullet dist nightly coverage install tools lint docs site film bench chaos mutants lock version clean
+.PHONY: run test quick bullet dist nightly coverage install tools lint types style docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -81,10 +81,16 @@ MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.ankle khr_models.stand
 mutants: tools
 	.ci/mutants $(MODULES)
 
+# types take longest, so the other checks run beside them
 lint: tools
+	$(MAKE) --no-print-directory --jobs 2 --output-sync types style
+
+types:
+	$(BIN)/mypy src/khr*/khr*
+
+style:
 	$(BIN)/ruff format --check --quiet src tests examples
 	$(BIN)/ruff check src tests examples
-	$(BIN)/mypy src/khr*/khr*
 	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
