@@ -1,6 +1,6 @@
 """What ``make nightly`` alone runs besides whole studies: long tests that find least alone.
 
-A test that is here takes from 7 to 165 s, and what it would find is found by day in most cases by
+A test that is here takes from 3 to 165 s, and what it would find is found by day in most cases by
 what stands beside it. Whoever changes what a line is about runs its test as well.
 """
 
@@ -17,6 +17,7 @@ BY_NIGHT = {
     'tests/graph/test_bout.py::test_a_killed_node_is_named_with_its_robot': 'a killed node of one robot; an error that names the robot of a bout',
     'tests/graph/test_bout.py::test_a_launched_round': 'bouts of the command; the files that a launch is given',
     'tests/graph/test_bout.py::test_each_robot_is_set_and_pushed': 'changes and pushes of a bout offline; one of a run that verifies',
+    'tests/graph/test_bout.py::test_offline_one_process_and_many': 'the bag of a graph repeats offline; hashes of bouts',
     'tests/graph/test_bout_page.py::': 'the page of one robot; controls of two, and a recorded bout, in unit tests of the view',
     'tests/graph/test_equality.py::test_offline_one_process_and_nine_give_the_same_bits[lift': 'the walk on the same engine',
     'tests/graph/test_equality.py::test_offline_one_process_and_nine_give_the_same_bits[walk_8.88deg_ka18-mujoco': 'the walk on the other engine; golden hashes of this one',
@@ -25,10 +26,12 @@ BY_NIGHT = {
     'tests/graph/test_namespaces.py::test_a_second_source_ends': 'a second source of any topic',
     'tests/graph/test_namespaces.py::test_two_robots_have_the_results': 'two runs that do not meet',
     'tests/graph/test_page_charts.py::test_a_camera_that_does_not_follow': 'the other controls of the page',
-    'tests/graph/test_page_charts.py::test_a_number_acts_on_enter_and_not_on_every_key[7': 'numbers of two digits, and of three',
+    'tests/graph/test_page_charts.py::test_a_number_acts_on_enter_and_not_on_every_key[14.5': 'numbers of two digits',
+    'tests/graph/test_page_charts.py::test_a_number_acts_on_enter_and_not_on_every_key[7': 'numbers of two digits',
     'tests/graph/test_page_charts.py::test_a_number_out_of_range_is_refused_in_the_words_of_the_command[Inclination': 'a gain, and a push',
     'tests/graph/test_playback.py::test_two_runs_stand_side_by_side': 'one recording on the page; two robots in the report and in unit tests of the view',
     'tests/graph/test_recording.py::test_a_killed_recorder_leaves': 'bags of killed recorders are recovered',
+    'tests/graph/test_recording.py::test_a_recorder_ends_though_others_never_fall_silent[2': 'the same with one other',
     'tests/graph/test_recording.py::test_run_waits_for_a_recorder_that_is_far_behind': 'every recorded run is whole',
     'tests/graph/test_services.py::test_realtime_keeps_the_wall_clock': 'real time that cannot be held',
     'tests/graph/test_stage.py::test_offline_one_process_and_ten': 'the walk in three ways; stages offline',
@@ -36,9 +39,11 @@ BY_NIGHT = {
     'tests/installation/test_site.py::test_every_document_becomes_a_page': 'links of the documents',
     'tests/installation/test_wheels.py::test_docker_builds_the_image': 'what the wheels hold; it builds over the network',
     'tests/installation/test_wheels.py::test_the_parts': 'the tests themselves, on the same wheels',
+    'tests/installation/test_wheels.py::test_the_sdist': 'make run builds and installs every part',
     'tests/installation/test_wheels.py::test_the_steps_of_the_dockerfile': 'make run, and what the parts need',
     'tests/installation/test_wheels.py::test_the_whole_is_its_parts': 'dependencies of the packages compared',
     'tests/integration/test_documents_run.py::test_a_reader': 'verbs and options of every command in the documents',
+    'tests/integration/test_examples.py::test_a_first_walk': 'the other examples; its calls, in unit tests of the API',
     'tests/integration/test_examples.py::test_a_sweep_is_drawn_as_a_map': 'sweeps and maps by the command',
     'tests/integration/test_examples.py::test_the_largest_push_grows': 'pushes of robot and models',
     'tests/integration/test_examples.py::test_the_notebook': 'the first walk of the scripts',
@@ -51,6 +56,7 @@ BY_NIGHT = {
     'tests/integration/test_recovery.py::test_a_step_holds_a_push_that_topples_the_ankle_control[behind-5.0-1.5-bullet': 'the same on MuJoCo; one from the front on both engines',
     'tests/integration/test_recovery.py::test_a_step_out_of_a_walk_holds_a_push_that_topples_it[behind-0.25-0.65-bullet': 'the same on MuJoCo; one from the front on both engines',
     'tests/integration/test_recovery.py::test_the_estimate_is_within_4_mm_and_12_mm_of_the_truth_over_16_pushes[bullet': 'the same on MuJoCo; the step on both engines',
+    'tests/integration/test_report.py::test_runs_of_different_scenarios': 'two runs of one scenario',
     'tests/integration/test_reproduce.py::test_some_figures': 'figures, and the store of what was measured',
     'tests/integration/test_sweep_cluster.py::test_a_scheduler_that_dies': 'a worker that is killed on this machine',
     'tests/integration/test_sweep_cluster.py::test_a_worker_killed_midway': 'the same on this machine',
@@ -73,6 +79,7 @@ BY_NIGHT = {
     'tests/unit/benchmarks/test_benchmarks.py::test_every_part': 'the page, from what was measured',
     'tests/unit/benchmarks/test_benchmarks.py::test_the_plain_loop': 'the page, from what was measured; golden hashes of the twin',
     'tests/unit/khr/test_api.py::test_a_recorded_run_is_read_back': 'the example of khr.load; signals of a bag in reports',
+    'tests/unit/khr/test_api.py::test_tuned_gains': 'the same search by its own unit tests',
     'tests/unit/khr/test_environment.py::test_memory_stays_flat_over_many_resets[bullet': 'the same on the other engine',
     'tests/unit/khr/test_environment.py::test_several_at_once_are_independent[khr/Balance-v0-stand_0deg-sync': 'the other mode, and the other environment in this one',
     'tests/unit/khr/test_environment.py::test_several_at_once_are_independent[khr/Walk-v0-walk_7.68deg_ka12-async': 'the other mode, and the other environment in this one',
@@ -82,6 +89,7 @@ BY_NIGHT = {
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[tune]': 'gains tuned by the Python API',
     'tests/unit/khr_hardware/test_client.py::test_corrupted_streams_give_no_wrong_value[10000': 'the first 1500 of them',
     'tests/unit/khr_studies/push/test_push_recovery.py::test_the_document_s_forces_are_survived_and_fatal[front': 'the same from behind; pushes from both sides, in the models',
+    'tests/unit/khr_studies/thesis_figures/test_figures_of_pushes.py::test_a_larger_push': 'forces that are survived and fatal, in unit tests of the pushes',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_pushes.py::test_the_robot_is_pushed_on_the_engine': 'the engine of a figure of runs',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.10-7.0': 'the same with none falling; 3.6, with the same crosses',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.12-7.0': 'the same with every robot falling, and with none',
