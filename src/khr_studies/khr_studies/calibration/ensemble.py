@@ -59,7 +59,8 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
     cost: the cost sums all misses, so by cost alone a robot that nearly misses everything could
-    beat one that meets more rows.
+    beat one that meets more rows. It is the best of all candidates, and the tolerance is at least
+    its own, so a further candidate that fits the limits alone replaces it only by this rule.
     A candidate that does not stay up on level ground does not fit. Of candidates that are one robot
     (:func:`distinct`) the best is kept; if more than ``MOST`` are left, a diverse selection.
     """
@@ -67,7 +68,9 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
     ]
     misses = sorted(worst_miss(plan, robot) for robot in complete)
-    tolerances = max([1.0, *misses[:LEAST]])
+    best = sorted(complete, key=lambda robot: merit(plan, robot))[:1]
+    of_best = [worst_miss(plan, robot) for robot in best]
+    tolerances = max([1.0, *misses[:LEAST], *of_best])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
     fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
     kept = diverse(plan, distinct(plan, fitting), MOST)
