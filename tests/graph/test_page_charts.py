@@ -27,7 +27,7 @@ def page(tmp_path_factory):
     folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
     process = start_khr(
         *('view', 'walk_3deg', '--set', 'gait.cycles=80'),
-        *('--no-browser', '--port', port, '--out', folder),
+        *('--no-browser', '--no-record', '--port', port, '--out', folder),
     )
     try:
         with joined(folder) as node:
