@@ -21,19 +21,23 @@ INSTALL := $(BIN)/python .ci/install
 # in the order of tests/conftest.py; three at a time on two cores, as tests of runs wait much
 PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 3 --dist loadfile \
             --no-loadscope-reorder
+# types take longest, so the rest runs beside them
+CHECK := $(MAKE) --no-print-directory --jobs 2 --output-sync
 PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick bullet dist nightly coverage install tools lint types style docs site film bench chaos mutants lock version clean
+.PHONY: run test quick bullet dist nightly coverage install tools lint types style kernel docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
-test: lint
+test: tools
+	$(CHECK) types style kernel
 	$(PYTEST) -m 'not nightly'
 
-nightly: lint
+nightly: tools
+	$(CHECK) types style kernel
 	$(PYTEST) --hypothesis-profile nightly
 
 quick: tools
@@ -81,9 +85,8 @@ MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.ankle khr_models.stand
 mutants: tools
 	.ci/mutants $(MODULES)
 
-# types take longest, so the other checks run beside them
 lint: tools
-	$(MAKE) --no-print-directory --jobs 2 --output-sync types style
+	$(CHECK) types style
 
 types:
 	$(BIN)/mypy src/khr*/khr*
@@ -92,6 +95,11 @@ style:
 	$(BIN)/ruff format --check --quiet src tests examples
 	$(BIN)/ruff check src tests examples
 	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
+
+# Numba compiles the control period of MuJoCo once, before many tests at a time find it missing
+kernel:
+	rm -rf $(VENV)/kernel
+	$(BIN)/khr run stand_0deg --engine mujoco --offline --duration 0.03 --out $(VENV)/kernel > /dev/null
 
 docs: install
 	$(PORTABLE) khr_studies.documents.docs_generator

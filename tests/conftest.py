@@ -22,7 +22,7 @@ if Path.cwd() != ROOT:  # colcon tests in a package's folder; processes of tests
 # to be one of the change at hand, so the examples are the same in every run;
 # ``pytest --hypothesis-profile search`` looks for new ones; make nightly takes the most.
 settings.register_profile('nightly', deadline=None, derandomize=True, max_examples=100)
-settings.register_profile('khr', settings.get_profile('nightly'), max_examples=40)
+settings.register_profile('khr', settings.get_profile('nightly'), max_examples=30)
 settings.register_profile('quick', settings.get_profile('nightly'), max_examples=20)
 settings.register_profile('search', deadline=None)
 settings.load_profile('khr')
