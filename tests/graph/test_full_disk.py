@@ -25,7 +25,7 @@ def run(limit, *arguments):
 
 def test_a_full_disk_stops_the_recording_only(tmp_path):
     folder = tmp_path / 'run'
-    ended = run(400_000, 6, '--one-process', '--out', folder)
+    ended = run(400_000, 6, '--one-process', '--no-draw', '--out', folder)
     assert ended.returncode == 1, ended.stderr
     assert 'recording stopped' in ended.stderr and 'File too large' in ended.stderr
     assert 'stood' in ended.stdout

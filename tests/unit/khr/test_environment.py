@@ -277,7 +277,7 @@ def growth(engine, resets):
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
 def test_memory_stays_flat_over_many_resets(engine):
-    assert growth(engine, 300) < 1.5e6, 'less than 8 kB a reset: the text of the robot has 20'
+    assert growth(engine, 150) < 0.75e6, 'less than 8 kB a reset: the text of the robot has 20'
 
 
 @pytest.mark.parametrize(
