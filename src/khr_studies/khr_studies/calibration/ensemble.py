@@ -67,12 +67,10 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
     complete = [
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
     ]
-    misses = sorted(worst_miss(plan, robot) for robot in complete)
-    best = sorted(complete, key=lambda robot: merit(plan, robot))[:1]
-    of_best = [worst_miss(plan, robot) for robot in best]
-    tolerances = max([1.0, *misses[:LEAST], *of_best])
+    complete.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
+    misses = [worst_miss(plan, robot) for robot in complete]
+    tolerances = max([1.0, *misses[:1], *sorted(misses)[:LEAST]])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
-    fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
     kept = diverse(plan, distinct(plan, fitting), MOST)
     members = tuple(index for index, robot in enumerate(fitting) if robot in kept)
     return Ensemble(tuple(fitting), members, tolerances, len(robots), len(complete))
