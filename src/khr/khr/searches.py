@@ -131,7 +131,7 @@ def condition_of(
             f'--surface: {surface!r} is not accepted with leg_lift, which is always on the pads; '
             'accepted: smooth, the default'
         )
-    own, constants = changes_of(named(set, engine=engine)), constants_of(robot) if robot else {}
+    own, constants = changes_of(named(set, engine=engine)), constants_of(robot)
     for option, given in (('--set', own), ('--robot', constants)):
         for node, key in given.keys() & SEARCHED:
             raise KhrError(

@@ -28,8 +28,14 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
     """Return the constants of a robot, by (node, key).
 
     Args:
-        robot: name, or path of a ROS 2 parameter file.
+        robot: name, or path of a ROS 2 parameter file; empty for the default robot, whose
+            constants are the defaults of the parameter tables.
+
+    Raises:
+        KhrError: if there is no such robot.
     """
+    if not robot:
+        return {}
     path = Path(robot) if robot.endswith('.yaml') else ROBOTS / f'{robot}.yaml'
     if not path.is_file():
         raise KhrError(
@@ -41,7 +47,7 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
 
 
 def label_of(robot: str) -> str:
-    """Return a name for files: that of a shipped robot; of a file its stem and a digest."""
+    """Return a robot's name for files: a shipped robot's own, or a file's stem with a digest."""
     if not robot.endswith('.yaml'):
         return robot
     path = Path(robot)
@@ -50,6 +56,8 @@ def label_of(robot: str) -> str:
 
 def on_robot(scenario: Scenario, robot: str) -> Scenario:
     """Return a scenario with the constants of a robot; values of the scenario itself stay."""
+    if not robot:
+        return scenario
     title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
     return replace(scenario.changed(missing_constants(scenario, robot)), title=title[:LONGEST])
 

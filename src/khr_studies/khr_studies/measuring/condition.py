@@ -29,9 +29,8 @@ SEARCHED = (('simulator', 'inclination_deg'), *dict(with_seed(0)))
 
 
 def with_engine(engine: str, changes: Changes = (), robot: str = '') -> Changes:
-    """Return a physics engine, the constants of another robot if one is named, then changes."""
-    constants = constants_of(robot).items() if robot else ()
-    return ((ENGINE, engine), *constants, *changes)
+    """Return a physics engine, the constants of a robot (empty: the default one), then changes."""
+    return ((ENGINE, engine), *constants_of(robot).items(), *changes)
 
 
 def stiffer_pid(factor: float) -> Changes:

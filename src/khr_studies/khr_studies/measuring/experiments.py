@@ -162,8 +162,7 @@ def sweeps_of(
     for name in names:
         sweep = specification_of(name, fast)
         scenarios = {
-            label: (on_robot(one, robot) if robot else one).changed(change)
-            for label, one in sweep.scenarios.items()
+            label: on_robot(one, robot).changed(change) for label, one in sweep.scenarios.items()
         }
         found[folder_of(name, fast, engine, robot)] = replace(sweep, scenarios=scenarios)
     return found

@@ -30,7 +30,7 @@ SHIFTED = ('com_stance', 'com_lifted', 'com_touchdown')
 
 def shifted(shift: float, robot: str = '') -> Changes:
     """Return the changes that shift the centre of mass forward through the whole walk, m."""
-    own = constants_of(robot) if robot else {}
+    own = constants_of(robot)
     at_rest = {key: own.get(('gait', key), getattr(GaitParameters(), key)) for key in SHIFTED}
     places = ((('gait', key), round(value + shift, 6)) for key, value in at_rest.items())
     return (*places, (('gait', 'hip_height'), HIP_HEIGHT))

@@ -248,7 +248,7 @@ def paths(
 
 def _differing(number: str, engine: str, robot: str) -> list[str]:
     """Return the names of engine and robot of a figure, each if it is not the default one."""
-    names = [label_of(robot) if robot else '', engine if engine != engines.DEFAULT else '']
+    names = [label_of(robot), engine if engine != engines.DEFAULT else '']
     return [name for name in names if name and drawing_of(number).of_robot]
 
 
@@ -313,8 +313,7 @@ def run_experiments(
         RunError: if the computation was aborted; finished runs are kept.
     """
     one_of('--engine', engine, [*engines.LIBRARIES])
-    if robot:
-        constants_of(robot)
+    constants_of(robot)  # an unknown robot is refused before anything is run
     for number in numbers:
         drawing_of(number).check_robot(robot)
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}

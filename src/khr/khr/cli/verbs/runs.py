@@ -251,7 +251,7 @@ def _load(name: str) -> Scenario:
 
 
 def _with(scenario: Scenario, robot: str) -> Scenario:
-    return on_robot(scenario, robot) if robot else scenario
+    return on_robot(scenario, robot)
 
 
 def list_scenarios() -> None:
