@@ -21,8 +21,7 @@ INSTALL := $(BIN)/python .ci/install
 # in the order of tests/conftest.py; three at a time on two cores, as tests of runs wait much
 PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 3 --dist loadfile \
             --no-loadscope-reorder
-# types take longest, so the rest runs beside them
-CHECK := $(MAKE) --no-print-directory --jobs 2 --output-sync
+IN_PARALLEL := $(MAKE) --no-print-directory --jobs 2 --output-sync
 PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
@@ -33,11 +32,11 @@ run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
 test: tools
-	$(CHECK) types style kernel
+	$(IN_PARALLEL) types style kernel
 	$(PYTEST) -m 'not nightly'
 
 nightly: tools
-	$(CHECK) types style kernel
+	$(IN_PARALLEL) types style kernel
 	$(PYTEST) --hypothesis-profile nightly
 
 quick: tools
@@ -85,19 +84,20 @@ MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.ankle khr_models.stand
 mutants: tools
 	.ci/mutants $(MODULES)
 
+# types take longest, and the rest runs beside them
 lint: tools
-	$(CHECK) types style
+	$(IN_PARALLEL) types style
 
-types:
+types: tools
 	$(BIN)/mypy src/khr*/khr*
 
-style:
+style: tools
 	$(BIN)/ruff format --check --quiet src tests examples
 	$(BIN)/ruff check src tests examples
 	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 # Numba compiles the control period of MuJoCo once, before many tests at a time find it missing
-kernel:
+kernel: install
 	rm -rf $(VENV)/kernel
 	$(BIN)/khr run stand_0deg --engine mujoco --offline --duration 0.03 --out $(VENV)/kernel > /dev/null
 
