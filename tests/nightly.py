@@ -33,7 +33,7 @@ BY_NIGHT = {
     'tests/graph/test_page_charts.py::test_a_number_out_of_range_is_refused_in_the_words_of_the_command[Inclination': 'a gain',
     'tests/graph/test_playback.py::test_two_runs_stand_side_by_side': 'one recording on the page; two robots in the report and in unit tests of the view',
     'tests/graph/test_recording.py::test_a_killed_recorder_leaves': 'bags of killed recorders are recovered',
-    'tests/graph/test_recording.py::test_a_recorder_ends_though_others_never_fall_silent[2': 'the same with one other',
+    'tests/graph/test_recording.py::test_a_recorder_ends_though_others_never_fall_silent[2': 'the same with one signal',
     'tests/graph/test_recording.py::test_run_waits_for_a_recorder_that_is_far_behind': 'every recorded run is whole',
     'tests/graph/test_services.py::test_realtime_keeps_the_wall_clock': 'real time that cannot be held',
     'tests/graph/test_stage.py::test_offline_one_process_and_ten': 'the walk in three ways; stages offline',
