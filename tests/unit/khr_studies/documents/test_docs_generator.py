@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from khr_studies.calibration.study import Calibration
 from khr_studies.documents.docs_generator import generated
+from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import EMPTY_FOOT_MOST
 from khr_studies.scoreboard.page import scoreboard_markdown, summary, write
@@ -48,6 +50,8 @@ def test_the_readme_has_the_numbers_of_the_scoreboard():
     for row in board.limits:
         if (row['lifted_load'] or 0.0) > EMPTY_FOOT_MOST:
             assert f'which then carries {100 * row["lifted_load"]:.0f} % of the weight' in readme
+    assert f'the {len(read_ensemble())} robots of the ensemble' in readme
+    assert 'passed' not in {row['verdict'] for row in board.limits if row['kind'] != 'formula'}
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted}:' in readme
 
@@ -72,6 +76,13 @@ def test_the_readme_has_the_numbers_of_the_compliant_robot():
         'rubber lowers vibration',
     ):
         assert verdicts_of(board.trends, 'name', direction) == {'passed'}, direction
+    on_rubber, smooth = (
+        trends['rubber lowers vibration'][0],
+        trends['vibration grows much with K_A'][0],
+    )
+    assert on_rubber > smooth, 'with equal gain'
+    with_hip = trends['rubber reduces vibration drastically']
+    assert with_hip[0] < with_hip[1] < 2.0 * with_hip[0]
     assert verdicts_of(board.walks, 'thesis', 'single dominant peak') == {'passed'}
     assert verdicts_of(board.walks, 'thesis', 'walks by the force sensors') == {'passed'}
     assert verdicts_of(board.standing, 'name', 'load on the lifted foot') == {'passed'}
@@ -83,3 +94,13 @@ def test_the_readme_has_the_numbers_of_the_compliant_robot():
     assert f'with K_A 14 it stands only up to {limit["stand, K_A 14"]:.1f} deg' in readme
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted} ([docs/scoreboard_compliant.md]' in readme
+
+
+def test_the_compliant_robot_meets_every_ratio_and_line_on_both_engines():
+    calibration = read_json(ROOT / 'docs' / 'calibration.json', Calibration)
+    plan, robot = calibration.plan, calibration.shipped['compliant']
+    assert len(robot.engines) == 2 and robot.constants == plan.constants_of_robot('compliant')
+    wanted = {row.title: row.ratio for row in plan.ratios} | {row.title: 1.0 for row in plan.lines}
+    for title, least in wanted.items():
+        for engine in robot.engines:
+            assert robot.value(title, engine) >= least, (title, engine)
