@@ -296,6 +296,10 @@ def test_a_shipped_robot_is_measured_with_the_best_and_shown_but_never_chosen(
     worse = {'soft': limited(5.9, 12.0)}
     text = page(calibration_of(search, [robot()], shipped=worse))
     assert '| row | wanted | chosen, mujoco | soft, mujoco |' in text
+    _, counted = (line for line in text.splitlines() if 'rows missed on any engine' in line)
+    by_rule = [(len(missed_rows(PLAN, each)), each.cost) for each in (robot(), *worse.values())]
+    assert by_rule[0] != by_rule[1]
+    assert counted.endswith('|  | {}, {:.1f} | {}, {:.1f} |'.format(*by_rule[0], *by_rule[1]))
     better = calibration_of(search, [limited(5.9, 12.0)], shipped={'soft': robot()})
     assert better.best == limited(5.9, 12.0) and better.found.robots == [better.best]
     assert '--robot soft' in page(better)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from khr_studies.calibration.ensemble import missed_rows
 from khr_studies.calibration.study import Calibration
 from khr_studies.documents.docs_generator import generated
 from khr_studies.measuring.ensemble_file import read_ensemble
@@ -90,7 +91,7 @@ def test_the_readme_has_the_numbers_of_the_compliant_robot():
     assert '{:.1f} deg without control and {:.1f} with K_A 12'.format(*stands) in readme
     assert f'walks up to {limit["walk, no control"]:.1f} deg without control' in readme
     for motion in ('walk', 'stand'):
-        assert limit[f'{motion}, K_A 12, K_H 13'] - limit[f'{motion}, K_A 12'] < 0.1
+        assert limit[f'{motion}, K_A 12, K_H 13'] - limit[f'{motion}, K_A 12'] < 0.2
     assert f'with K_A 14 it stands only up to {limit["stand, K_A 14"]:.1f} deg' in readme
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted} ([docs/scoreboard_compliant.md]' in readme
@@ -104,3 +105,7 @@ def test_the_compliant_robot_meets_every_ratio_and_line_on_both_engines():
     for title, least in wanted.items():
         for engine in robot.engines:
             assert robot.value(title, engine) >= least, (title, engine)
+    missed = [len(missed_rows(plan, each)) for each in (robot, calibration.best)]
+    readme = ' '.join((ROOT / 'README.md').read_text(encoding='utf-8').split())
+    assert missed[0] < missed[1]
+    assert 'of the calibration than the default robot ({} and {})'.format(*missed) in readme
