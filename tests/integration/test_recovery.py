@@ -7,6 +7,7 @@ import pytest
 
 from khr_bringup.balance import BalanceModel
 from khr_bringup.offline import run_offline
+from khr_bringup.scenario.robots import on_robot
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import RECOVERY_STATE
 from khr_description.robot import Robot
@@ -88,6 +89,17 @@ def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclinati
     force = times * HELD[direction, inclination] / 0.1
     assert falls(condition(direction, inclination, engine), force)
     assert not falls(condition(direction, inclination, engine, ENABLED), force)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('engine', ENGINES)
+@pytest.mark.parametrize('name', ['push_behind_step', 'push_front_step'])
+def test_the_compliant_robot_steps_and_closes_its_stance(name, engine):
+    pushed = load_scenario(name).set_to([f'simulator.engine={engine}'])
+    stepped = run_offline(on_robot(pushed, 'compliant')).outcome
+    assert not stepped.fell, 'with 3 mm inboard it tips over its outer edge as it lifts the foot'
+    planted = pushed.set_to(['recovery.enabled=false'])
+    assert run_offline(on_robot(planted, 'compliant')).outcome.fell
 
 
 @pytest.mark.slow

@@ -15,7 +15,9 @@ from khr_balance.recovery.parameters import RecoveryParameters, StepShape
 from khr_balance.recovery.stance import Stance
 
 PARTS = (0.35, 0.1, 0.15, 0.4)  # of close_time: weight shift, lift, lowering, shift back
-INBOARD = 0.003  # m, of the centre of mass from the middle of the standing sole
+# m, of the centre of mass from the middle of the standing sole: a robot with soft gears sags
+# outward, and with 3 mm it tips over the outer edge
+INBOARD = 0.012
 HEEL_OFF = 0.3  # rad, of a rear foot on its toe; flat, its leg would be too short
 CROUCH = 0.03  # m, of the hips, for the same reason
 LIFT = 0.02  # m
