@@ -28,8 +28,8 @@ def constants_of(robot: str) -> dict[tuple[str, str], Any]:
     """Return the constants of a robot, by (node, key).
 
     Args:
-        robot: name, or path of a ROS 2 parameter file; empty for the default robot, whose
-            constants are the defaults of the parameter tables.
+        robot: name, or path of a ROS 2 parameter file. The default robot has an empty name and no
+            constants here: its values are the defaults of the parameter tables.
 
     Raises:
         KhrError: if there is no such robot.

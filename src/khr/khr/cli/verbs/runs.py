@@ -110,7 +110,7 @@ def start_run(
         changes['simulator', 'sync'] = 'realtime'
     settings = settings_of(set_, engine, ka, kh)
     loaded = _load(scenario)
-    chosen = _with(loaded, robot).set_to(settings, changes)
+    chosen = on_robot(loaded, robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     if print_ros2:
         from khr.cli.ros2_command import ros2_command, settings_text
@@ -233,7 +233,7 @@ def view(
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
     settings = settings_of(set_, engine, ka, kh)
-    chosen = _with(scenarios.load_scenario(source, 'run or scenario'), robot)
+    chosen = on_robot(scenarios.load_scenario(source, 'run or scenario'), robot)
     chosen = chosen.set_to(settings, changes)
     warn_of_switched_off(chosen, settings)
     raise typer.Exit(view_scenario(chosen, options))
@@ -248,10 +248,6 @@ def _load(name: str) -> Scenario:
         if is_bout(name):
             raise KhrError(f'{name}: a bout; accepted: khr bout {name}') from error
         raise
-
-
-def _with(scenario: Scenario, robot: str) -> Scenario:
-    return on_robot(scenario, robot)
 
 
 def list_scenarios() -> None:
