@@ -96,8 +96,8 @@ def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclinati
 @pytest.mark.parametrize('name', ['push_behind_step', 'push_front_step'])
 def test_the_compliant_robot_steps_and_closes_its_stance(name, engine):
     pushed = load_scenario(name).set_to([f'simulator.engine={engine}'])
-    stepped = run_offline(on_robot(pushed, 'compliant')).outcome
-    assert not stepped.fell, 'with 3 mm inboard it tips over its outer edge as it lifts the foot'
+    # pushed from behind, it tips over its outer edge if it closes with 3 mm inboard
+    assert not run_offline(on_robot(pushed, 'compliant')).outcome.fell
     planted = pushed.set_to(['recovery.enabled=false'])
     assert run_offline(on_robot(planted, 'compliant')).outcome.fell
 
