@@ -28,9 +28,10 @@ OPEN = 0.5  # share of the searched range above which a constant counts as open
 class Ensemble:
     """Candidates that fit."""
 
-    fitting: tuple[Candidate, ...]  # complete candidates within the tolerances, the best first
+    fitting: tuple[Candidate, ...]  # the best, and complete candidates within the tolerances
     members: tuple[int, ...]  # indices of the members in these
-    tolerances: float  # largest miss of a limit of a member, in tolerances of its row
+    # largest miss of a limit of a member other than the best, in tolerances of its row
+    tolerances: float
     # candidates, complete: numbers of measured candidates, and of those measured on every row
     candidates: int
     complete: int
@@ -59,18 +60,22 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
     cost: the cost sums all misses, so by cost alone a robot that nearly misses everything could
-    beat one that meets more rows. It is the best of all candidates, and the tolerance is at least
-    its own, so a further candidate that fits the limits alone replaces it only by this rule.
-    A candidate that does not stay up on level ground does not fit. Of candidates that are one robot
-    (:func:`distinct`) the best is kept; if more than ``MOST`` are left, a diverse selection.
+    beat one that meets more rows. It is the best of all candidates and always a member, the only
+    one that may miss a limit by more than the tolerance. A candidate that does not stay up on level
+    ground does not fit. Of candidates that are one robot (:func:`distinct`) the best is kept; if
+    more than ``MOST`` are left, a diverse selection.
     """
     complete = [
         robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
     ]
     complete.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
     misses = [worst_miss(plan, robot) for robot in complete]
-    tolerances = max([1.0, *misses[:1], *sorted(misses)[:LEAST]])
-    fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
+    tolerances = max([1.0, *sorted(misses)[:LEAST]])
+    fitting = [
+        robot
+        for robot, miss in zip(complete, misses, strict=True)
+        if robot is complete[0] or miss <= tolerances + 1e-9
+    ]
     kept = diverse(plan, distinct(plan, fitting), MOST)
     members = tuple(index for index, robot in enumerate(fitting) if robot in kept)
     return Ensemble(tuple(fitting), members, tolerances, len(robots), len(complete))

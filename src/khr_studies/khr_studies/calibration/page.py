@@ -51,7 +51,7 @@ def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) 
     write_text(out.with_suffix('.yaml'), parameter_file(plan, calibration.best))
     values = ', '.join(f'{name} {value:g}' for name, value in calibration.best.constants.items())
     return (
-        f'{out}: {len(robots.robots)} robots within {robots.tolerances:.2g} tolerances of '
+        f'{out}: {len(robots.robots)} robots in the ensemble, of '
         f'{robots.candidates} candidates; the best: {values}'
     )
 

@@ -93,10 +93,12 @@ class CalibrationPlan:
     supports: tuple[WantedSupport, ...] = ()
     # parameters of all candidates that differ from the defaults, by node.key
     settings: dict[str, Any] = Field(default_factory=dict)
-    # candidates with every constant: of the first generation, found in earlier trials, and measured
-    # after the search, which does not continue from them
+    # candidates with every constant: of the first generation, found in earlier trials; measured
+    # after the search, which does not continue from them; found outside of the search, and
+    # confirmed with its best
     placed: tuple[dict[str, float], ...] = ()
     added: tuple[dict[str, float], ...] = ()
+    refined: tuple[dict[str, float], ...] = ()
     # names of shipped robots that are measured with the best candidates and shown beside them
     robots: tuple[str, ...] = ()
     note: str = ''
@@ -148,7 +150,8 @@ class CalibrationPlan:
     def digest(self) -> str:
         """Return a digest of all that determines a measurement: rows, ranges and settings."""
         plan = TypeAdapter(CalibrationPlan).dump_python(self, mode='json')
-        del plan['placed'], plan['added'], plan['robots'], plan['note']
+        for name in ('placed', 'added', 'refined', 'robots', 'note'):
+            del plan[name]
         text = json.dumps(plan, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -173,7 +176,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
 def _check_plan(path: Path, plan: CalibrationPlan) -> None:
     if not plan.constants or not plan.limits:
         raise KhrError(f'{path}: accepted: at least one constant and one limit')
-    for name in ('placed', 'added'):
+    for name in ('placed', 'added', 'refined'):
         for number, candidate in enumerate(getattr(plan, name)):
             if set(candidate) != set(plan.constants):
                 raise KhrError(

@@ -108,8 +108,9 @@ def calibrate(
 def confirm(
     search: Search, robots: Sequence[Candidate], count: int, measurement: Measurement
 ) -> list[Candidate]:
-    """Measure the best candidates again: on both engines, finer, and with more seeds."""
-    tasks = [_confirmation(search, robot.constants) for robot in ranked(robots)[:count]]
+    """Measure the best candidates and the refined ones: on both engines, finer, with more seeds."""
+    best = [robot.constants for robot in ranked(robots)[:count]]
+    tasks = [_confirmation(search, constants) for constants in (*best, *search.plan.refined)]
     return measurement.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
 
 

@@ -145,6 +145,12 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
     assert [task.engines for task in here] == [('mujoco', 'bullet')] * 3, 'and not twice'
     assert {(task.seeds, task.prune_above) for task in here} == {((0, 1, 2), float('inf'))}
     assert again == found and len(found) == 3
+    one = {'sway': 0.0251, 'board': 0.2, 'lift': 0.02}
+    with_one = replace(SEARCH, plan=replace(PLAN, refined=(one,)))
+    assert with_one.head == SEARCH.head
+    with Journal(tmp_path / 'journal', SEARCH.head) as book:
+        also = confirm(with_one, robots, 3, Measurement(book, None))
+    assert [robot.constants for robot in also] == [*(each.constants for each in found), one]
     better, worse = robot(0.025), robot(0.027)
     both = replace(better, values={**worse.values, 'bullet': better.values['mujoco']})
     assert both.value(TITLES[0]) == pytest.approx(6.1)
@@ -249,7 +255,10 @@ def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost(m
     assert found.best == one_far
     assert 'misses 2' in page(found, 'calibration')
     monkeypatch.setattr('khr_studies.calibration.ensemble.LEAST', 1)  # one that fits is enough
-    assert ensemble(PLAN, [both_near, one_far]).best == one_far
+    found = ensemble(PLAN, [both_near, one_far])
+    assert found.fitting == (one_far, both_near) and found.best == one_far
+    assert worst_miss(PLAN, one_far) > found.tolerances >= worst_miss(PLAN, both_near)
+    assert 'is a member all the same' in page(calibration_of(SEARCH, [both_near, one_far]))
 
 
 def test_page_compares_the_added_candidates_with_the_robot_that_they_vary():
