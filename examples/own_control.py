@@ -1,7 +1,7 @@
 """Your own control law: the robot as a Gymnasium environment (see ``khr.BalanceEnv``).
 
-A push from behind, 2.5 N for 0.4 s, meets a standing robot without control, with the pitch rate fed
-back to its ankles, and with a law that also presses the toes down when they are loaded.
+A push from behind, 2.65 N for 0.4 s, meets a standing robot without control, with the pitch rate
+fed back to its ankles, and with a law that also presses the toes down when they are loaded.
 
 With the rate alone the robot falls later, if at all: it opposes the motion, and nothing brings
 the robot back that leans. The loaded toe does.
@@ -13,7 +13,7 @@ import numpy as np
 
 import khr
 
-PUSH = 't=2.0 duration=0.4 link=base_link frame=odom force=2.5,0,0 point=0,0,0.05'
+PUSH = 't=2.0 duration=0.4 link=base_link frame=odom force=2.65,0,0 point=0,0,0.05'
 RATE, FORCE = 0.19, 0.038  # actions (of 15 deg) per rad/s and per N
 
 

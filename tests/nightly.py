@@ -94,7 +94,7 @@ BY_NIGHT = {
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[tune]': 'gains tuned by the Python API',
     'tests/unit/khr_hardware/test_client.py::test_corrupted_streams_give_no_wrong_value[10000': 'the first 1500 of them',
     'tests/unit/khr_studies/push/test_push_recovery.py::test_the_document_s_forces_are_survived_and_fatal[front': 'the same from behind; pushes from both sides, in the models',
-    'tests/unit/khr_studies/thesis_figures/test_figures.py::test_the_amplitude_falls': 'rows of the calibration; which robot and engine the figure measures',
+    'tests/unit/khr_studies/thesis_figures/test_figures.py::test_the_amplitude_grows_with_the_slope': 'rows of the calibration; which robot and engine the figure measures',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_pushes.py::': 'figures of lifts and walks; pushes, in unit tests of the study',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.10-7.0': 'the same with none falling; 3.6, with the same crosses',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[3.12-7.0': 'the same with every robot falling, and with none',

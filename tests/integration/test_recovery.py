@@ -7,7 +7,6 @@ import pytest
 
 from khr_bringup.balance import BalanceModel
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.robots import on_robot
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import RECOVERY_STATE
 from khr_description.robot import Robot
@@ -94,12 +93,12 @@ def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclinati
 @pytest.mark.slow
 @pytest.mark.parametrize('engine', ENGINES)
 @pytest.mark.parametrize('name', ['push_behind_step', 'push_front_step'])
-def test_the_compliant_robot_steps_and_closes_its_stance(name, engine):
+def test_the_robot_with_its_sensors_steps_and_closes_its_stance(name, engine):
     pushed = load_scenario(name).set_to([f'simulator.engine={engine}'])
     # pushed from behind, it tips over its outer edge if it closes with 3 mm inboard
-    assert not run_offline(on_robot(pushed, 'compliant')).outcome.fell
+    assert not run_offline(pushed).outcome.fell
     planted = pushed.set_to(['recovery.enabled=false'])
-    assert run_offline(on_robot(planted, 'compliant')).outcome.fell
+    assert run_offline(planted).outcome.fell
 
 
 @pytest.mark.slow

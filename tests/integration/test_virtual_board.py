@@ -149,7 +149,7 @@ def test_it_is_put_down_when_it_has_taken_its_stance_and_stands(scenario):
     assert robot.on_ground and robot.outcome.verdict == 'stood' and robot.time > 1.0
     pose = inspect(client, MAP).pose(MAP)
     errors = [abs(have - want) for have, want in zip(pose, robot.stance, strict=True)]
-    assert COUNT / 2 < max(errors) < 0.1  # it sags under its load
+    assert max(errors) < 2 * COUNT  # its servos hold its load
     robot.close()
 
 

@@ -72,7 +72,7 @@ def test_pitch_rate_is_led_by_even_lines_of_the_cycle(gait, walk):
 
 
 def test_falls_well_beyond_the_critical_inclination(gait):
-    truths = play(gait, engine='bullet', inclination_deg=7.5)
+    truths = play(gait, engine='bullet', inclination_deg=9.0)
     assert truths[-1].tilt > np.radians(45.0)
     assert truths[-1].stamp_ns * 1e-9 < 0.6 * gait.duration
 

@@ -55,7 +55,7 @@ def critical(
         uphill: The robot faces uphill, and so falls backward.
         set: Change a parameter of the scenario: ``node.parameter=value``; but not inclination,
             seed and initial tilt, which the search sets.
-        robot: Constants of another robot: ``compliant``, ``leaning`` or a parameter file.
+        robot: Constants of another robot: ``leaning``, ``stiff`` or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Number of seeds of each measurement.
         tolerance: Tolerance of each bisection, in deg.

@@ -22,7 +22,7 @@ class AnkleControllerParameters(BalanceParameters):
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(
-        0.0034, 'Output of the force sensors per newton, a calibrated constant.', '[0, 1] V/N'
+        0.0025, 'Output of the force sensors per newton, a calibrated constant.', '[0, 1] V/N'
     )
 
     def constant(self, time: float) -> float:

@@ -30,7 +30,7 @@ class FeedbackParameters:
         '[0, 60]',
     )
     gain_unit: float = parameter(
-        1.009,
+        0.7786,
         'Ratio of the unit of the gain to the unit of the controller board; the gain of the '
         'amplifier between gyro and board is not published.',
         '[0.1, 10]',

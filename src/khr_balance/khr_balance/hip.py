@@ -13,7 +13,7 @@ from khr_common.interfaces import GYRO, HIP_CORRECTION, STAGE
 class HipControllerParameters(BalanceParameters):
     """The parameter table of the hip controller."""
 
-    rate_delay: int = rate_delay(1)
+    rate_delay: int = rate_delay(2)
 
 
 class HipController(BalanceController[HipControllerParameters]):

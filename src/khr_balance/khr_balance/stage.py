@@ -68,7 +68,7 @@ class StageParameters:
         '[0, 60] s',
     )
     sensor_distance: float = parameter(
-        0.02694, 'Distance b of the toe and heel sensors from the ankle axis.', '[0.005, 0.06] m'
+        0.02669, 'Distance b of the toe and heel sensors from the ankle axis.', '[0.005, 0.06] m'
     )
     load_threshold: float = parameter(
         5.0,

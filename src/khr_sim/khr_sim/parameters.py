@@ -51,11 +51,11 @@ class SimulatorParameters:
     friction: float = parameter(
         0.0, 'Friction coefficient of feet and ground; 0 takes the value of the surface.', '[0, 2]'
     )
-    friction_smooth: float = _friction(0.2202, 'the bare sole on the smooth slope')
-    friction_rubber: float = _friction(0.2805, 'the rubber sole on the slope')
+    friction_smooth: float = _friction(0.2485, 'the bare sole on the smooth slope')
+    friction_rubber: float = _friction(0.2849, 'the rubber sole on the slope')
     friction_pads: float = _friction(0.8, 'the force-sensor pads on the slope')
     pad_distance: float = parameter(
-        0.02694,
+        0.02669,
         'Distance of toe pad and heel pad from the ankle axis.',
         '[0.005, 0.05] m',
         read_only=True,
@@ -125,24 +125,24 @@ class SimulatorParameters:
     )
     pid_ki: float = parameter(40.0, 'Integral gain of the identified servo loop.', '[0, 1000] 1/s')
     pid_kd: float = parameter(2.0, 'Derivative gain of the identified servo loop.', '[0, 10] s')
-    pid_scale_hip: float = _scale(2.225, 'hip', 'proportional')
-    pid_scale_knee: float = _scale(2.031, 'knee', 'proportional')
-    pid_scale_ankle: float = _scale(1.029, 'ankle', 'proportional')
-    pid_kd_scale_hip: float = _scale(1.562, 'hip', 'derivative')
+    pid_scale_hip: float = _scale(0.7123, 'hip', 'proportional')
+    pid_scale_knee: float = _scale(2.378, 'knee', 'proportional')
+    pid_scale_ankle: float = _scale(2.247, 'ankle', 'proportional')
+    pid_kd_scale_hip: float = _scale(0.9001, 'hip', 'derivative')
     pid_kd_scale_knee: float = _scale(1.0, 'knee', 'derivative')
-    pid_kd_scale_ankle: float = _scale(0.3369, 'ankle', 'derivative')
+    pid_kd_scale_ankle: float = _scale(0.9285, 'ankle', 'derivative')
     rotor_inertia: float = parameter(
         0.004,
         'Inertia of rotor and gears of a servo, reflected to the output shaft.',
         '[0.0005, 0.02] kg m^2',
     )
     gear_stiffness: float = parameter(
-        59.99,
+        22.24,
         'Stiffness between potentiometer and link of a servo: shaft, horn, bracket.',
         '[1, 200] N m/rad',
     )
     gear_stiffness_ankle: float = parameter(
-        17.33,
+        13.3,
         'Gear stiffness of the ankle servos, pitch and roll; 0 takes the value of all servos.',
         '[0, 200] N m/rad',
     )
@@ -150,10 +150,10 @@ class SimulatorParameters:
         0.02, 'Damping parallel to the gear stiffness.', '[0, 0.025] N m s/rad'
     )
     servo_friction: float = parameter(
-        0.03409, 'Dry friction of motor and gears of a servo, at the output shaft.', '[0, 0.5] N m'
+        0.03059, 'Dry friction of motor and gears of a servo, at the output shaft.', '[0, 0.5] N m'
     )
     backlash_deg: float = parameter(
-        0.3373, 'Total free play of the gears of a servo, at the output shaft.', '[0, 3] deg'
+        0.197, 'Total free play of the gears of a servo, at the output shaft.', '[0, 3] deg'
     )
     seed: int = parameter(0, 'Seed of the initial error.', '[0, inf]', read_only=True)
     initial_tilt_deg: float = parameter(

@@ -144,7 +144,7 @@ def test_the_lines_of_the_document_fight_a_round(capsys):
     page = (ROOT / 'docs' / 'bouts.md').read_text(encoding='utf-8')
     (lines,) = re.findall('```python\n(.*?)```', page, re.DOTALL)
     exec(lines, {})
-    assert capsys.readouterr().out == 'red blue down for 3 s\n'
+    assert capsys.readouterr().out == 'blue red down for 3 s\n'
 
 
 def test_without_pettingzoo_one_line_says_what_to_install():

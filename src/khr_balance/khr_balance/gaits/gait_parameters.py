@@ -61,26 +61,26 @@ class GaitParameters:
     elbow_pitch: float = parameter(-0.4, "Both elbows' pitch.", '[-2.26, 0.52] rad')
 
     com_stance: float = parameter(
-        -0.00288, "Centre of mass ahead of the soles' centres in the stance.", '[-0.05, 0.05] m'
+        -0.001904, "Centre of mass ahead of the soles' centres in the stance.", '[-0.05, 0.05] m'
     )
     walk_start_shift: float = parameter(
-        0.004201,
+        0.004889,
         'Walk: shift of the centre of mass ahead of ``com_stance`` in the first and last stance.',
         '[-0.03, 0.03] m',
     )
     first_step_shift: float = parameter(
-        -0.004731,
+        0.0008306,
         'Walk: shift of the centre of mass ahead of ``com_lifted`` in the first step.',
         '[-0.03, 0.03] m',
     )
     com_lifted: float = parameter(
-        0.003136,
+        0.004433,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
         '[-0.05, 0.05] m',
     )
     com_touchdown: float = parameter(
-        0.0273,
+        0.01683,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
         '[-0.05, 0.08] m',
     )
@@ -137,7 +137,7 @@ class GaitParameters:
         '[-0.03, 0.042] m',
     )
     lift_com_ahead: float = parameter(
-        -0.0005,
+        -0.00013,
         "Leg lift: centre of mass ahead of the stance sole's centre while the other foot is up.",
         '[-0.03, 0.03] m',
     )

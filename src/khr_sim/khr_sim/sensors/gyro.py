@@ -42,7 +42,7 @@ class GyroParameters:
         'another value is a scale error.',
         '[0.01, 10] mV per deg/s',
     )
-    bandwidth: float = parameter(5.474, 'Corner of the low-pass.', '[0.05, 500] Hz')
+    bandwidth: float = parameter(9.568, 'Corner of the low-pass.', '[0.05, 500] Hz')
     noise: float = parameter(
         0.01, 'Standard deviation of the white noise of a sample.', '[0, 1] rad/s'
     )

@@ -1,9 +1,10 @@
 """The amplitude of the pitch rate over the slope, with the centre of mass shifted fore and aft.
 
-The thesis: the amplitude grows with the slope. On the default robot it falls while the slope
-moves the load from the heels to the toes. Once the heels lift, in the last two degrees before the
-limit, it rises or at least falls no more. A centre of mass farther ahead moves both to a gentler
-slope, and the limit with them. Delta is the toe force less the heel force.
+The thesis: the amplitude grows with the slope. Uphill and on level ground it falls on the default
+robot, while the slope moves the load from the heels to the middle of the soles; from 1 deg
+downhill on it grows, most as the heels begin to lift, and falls again in the last degree before
+the limit. A centre of mass farther ahead moves all this to a gentler slope, and the limit with it.
+Delta is the toe force less the heel force.
 """
 
 from __future__ import annotations

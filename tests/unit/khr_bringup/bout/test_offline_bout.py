@@ -20,14 +20,14 @@ def hashed(bout, influences=()):
 @pytest.mark.slow
 def test_changes_and_pushes_act_on_their_robot_alone():
     untouched = hashed(SHORT)
-    gain = Change('ankle_controller', 'gain', 40.0, -1)  # from the start
+    gain = Change('ankle_controller', 'gain', 60.0, -1)  # from the start
     found = {
         'gain': hashed(SHORT, [((0, 'red'), Influences(changes=(gain,)))]),
         'push': hashed(SHORT, [((0, 'blue'), Influences(pushes=(PUSH,)))]),
         'round': hashed(SHORT, [((1, 'red'), Influences(pushes=(PUSH,)))]),  # there is no other
     }
     assert found == {
-        'gain': hashed(SHORT.set_to(['red.ankle_controller.gain=40.0'])),
+        'gain': hashed(SHORT.set_to(['red.ankle_controller.gain=60.0'])),
         'push': hashed(SHORT.set_to([f'blue.simulator.pushes=["{PUSH}"]'])),
         'round': untouched,
     }

@@ -165,8 +165,8 @@ def test_experiments_on_another_engine_have_folders_of_their_own():
 
 def test_experiments_with_another_robot_have_its_constants_and_folders_of_their_own():
     (own,) = sweeps_of(['walk_soles'], True)
-    (other,) = (found := sweeps_of(['walk_soles'], True, robot='compliant'))
-    assert other == own.parent / 'robots' / 'compliant' / own.name
-    stiffness = constants_of('compliant')['simulator', 'gear_stiffness']
+    (other,) = (found := sweeps_of(['walk_soles'], True, robot='stiff'))
+    assert other == own.parent / 'robots' / 'stiff' / own.name
+    stiffness = constants_of('stiff')['simulator', 'gear_stiffness']
     for scenario in found[other].scenarios.values():
         assert scenario.whole('simulator')['gear_stiffness'] == stiffness

@@ -308,20 +308,20 @@ def test_another_robot_is_in_the_experiments_of_a_figure(monkeypatch):
     ran = {}
     monkeypatch.setattr(experiments, 'run_sweeps', lambda sweeps, _: ran.update(sweeps))
     monkeypatch.setattr(experiments, 'runs_of', lambda folder: [folder])
-    runs = run_experiments(['5.13'], fast=True, robot='compliant')
+    runs = run_experiments(['5.13'], fast=True, robot='stiff')
     assert [folder for found in runs.values() for folder in found] == [*ran]
-    assert all(folder.parent == experiments.root_of('bullet', 'compliant') for folder in ran)
+    assert all(folder.parent == experiments.root_of('bullet', 'stiff') for folder in ran)
     assert experiments.root_of('bullet') not in [folder.parent for folder in ran]
 
 
 def test_another_robot_is_in_name_and_title_and_refused_where_it_is_not_measured(tmp_path):
-    runs, on = runs_for('5.5', NOBODY), {'engine': 'mujoco', 'robot': 'compliant'}
-    assert draw('5.5', tmp_path, runs, **on)[0].name == 'figure_5_5_compliant_mujoco.png'
-    assert draw('3.8', tmp_path, robot='compliant')[0].name == 'figure_3_8.png', 'a model has none'
-    with pytest.raises(KhrError, match=r"--robot: 'compliant' is not accepted for .Recovery of"):
-        run_experiments(['3.8', '4.11'], robot='compliant')
-    with pytest.raises(KhrError, match="'stiff': no such robot"):
-        run_experiments(['3.8'], robot='stiff')
+    runs, on = runs_for('5.5', NOBODY), {'engine': 'mujoco', 'robot': 'stiff'}
+    assert draw('5.5', tmp_path, runs, **on)[0].name == 'figure_5_5_stiff_mujoco.png'
+    assert draw('3.8', tmp_path, robot='stiff')[0].name == 'figure_3_8.png', 'a model has none'
+    with pytest.raises(KhrError, match=r"--robot: 'stiff' is not accepted for .Recovery of"):
+        run_experiments(['3.8', '4.11'], robot='stiff')
+    with pytest.raises(KhrError, match="'soft': no such robot"):
+        run_experiments(['3.8'], robot='soft')
 
 
 @pytest.mark.parametrize(

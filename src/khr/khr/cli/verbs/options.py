@@ -84,7 +84,7 @@ RobotOption = Annotated[
     str,
     typer.Option(
         '--robot',
-        help='Constants of another robot: compliant, leaning or a parameter file; values of '
+        help='Constants of another robot: leaning, stiff or a parameter file; values of '
         'the scenario itself take precedence.',
     ),
 ]
