@@ -42,7 +42,7 @@ class RecoveryParameters:
         'distance of the capture point from the middle of the soles above which the robot steps '
         'at a lower rate: a force goes on, or the fall is slow.',
         0.065,
-        0.03,
+        0.04,
         '[0, 0.3] m',
     )
     tipping_rate_deg: tuple[float, ...] = _pair(
@@ -54,14 +54,14 @@ class RecoveryParameters:
     slow_rate_deg: tuple[float, ...] = _pair(
         'pitch rate from which on a fall is fast, and ``tipping_threshold`` does not apply.',
         500.0,
-        33.0,
+        45.0,
         '[0, 500] deg/s',
     )
     moving_threshold: tuple[float, ...] = _pair(
         'distance of the capture point beyond the support of a moving reference above which the '
         'robot stops it and steps; 0.3 leaves it alone.',
-        -0.01,
-        -0.01,
+        0.0,
+        -0.02,
         '[-0.1, 0.3] m',
     )
     moving_rate_deg: tuple[float, ...] = _pair(
@@ -91,14 +91,14 @@ class RecoveryParameters:
     )
     bow: tuple[float, ...] = _pair(
         'bow of the torso in the hip of the standing leg during the swing, forward positive.',
-        -0.2557,
+        -0.14,
         0.44,
         '[-0.8, 0.8] rad',
     )
     ankle_push: tuple[float, ...] = _pair(
         'turn of the standing ankle during the swing, against a forward lean positive.',
         0.074,
-        0.29,
+        0.26,
         '[-0.5, 0.5] rad',
     )
     tipping_ankle_push: tuple[float, ...] = _pair(
@@ -111,7 +111,7 @@ class RecoveryParameters:
         '[-0.3, 0.3] rad',
     )
     settle_time: tuple[float, ...] = _pair(
-        'time from the end of the swing to the split stance.', 0.05, 0.17, '[0.05, 3] s'
+        'time from the end of the swing to the split stance.', 0.05, 0.14, '[0.05, 3] s'
     )
     split_shift: tuple[float, ...] = _pair(
         'centre of mass ahead of the middle of the split stance.',

@@ -189,7 +189,7 @@ def test_a_slow_fall_beyond_the_soles_leads_to_a_step():
 
 
 def test_a_slow_fall_is_one_that_was_never_fast():
-    slow, fast = [radians(-25.0)] * 18, [radians(-45.0)] * 3
+    slow, fast = [radians(-25.0)] * 24, [radians(-48.0)] * 3
     assert Played([*slow]).phase.any()
     assert not Played([*fast, *slow]).phase.any()
     assert Played([*fast, *slow], replace(TABLE, slow_rate_deg=(500.0, 500.0))).phase.any()
