@@ -22,7 +22,7 @@ from tests.support.served import served
 
 MAP = JointMap.load()
 BENDS = (0.0, 0.6, 0.0)  # rad of the thighs
-LOOK = Look(360, 400, rate=12.0, yaw=1.2, distance=1.0)
+LOOK = Look(480, 400, rate=12.0, yaw=1.2, distance=1.0)
 
 
 def angles_of(stance, bend):
