@@ -14,7 +14,7 @@ settings:
   gait.hold_time: 0.2
   gait.end_pause: 0.0
 constants:
-  ahead: {parameters: [gait.lift_com_ahead], range: [-0.009, -0.001], source: a test}
+  pads: {parameters: [simulator.pad_distance], range: [0.02, 0.027], source: a test}
 limits:
   - {motion: leg_lift, thesis_deg: 6.4, tolerance_deg: 5.0}
 """
@@ -55,11 +55,11 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     assert 'of 16 candidates' in first.stdout
     head, robots = read_store(tmp_path / 'journal', CANDIDATE.validate_python)
     assert head['engine'] == 'mujoco' and len(robots) == 16
-    low, *_, high = sorted(robots, key=lambda robot: robot.constants['ahead'])
-    assert low.value('stand, no control') > high.value('stand, no control')
+    low, *_, high = sorted(robots, key=lambda robot: robot.constants['pads'])
+    assert low.value('stand, no control') < high.value('stand, no control')
     members = read_ensemble(tmp_path / 'members.json')
-    assert members[0].constants['gait.lift_com_ahead'] in {
-        robot.constants['ahead'] for robot in robots
+    assert members[0].constants['simulator.pad_distance'] in {
+        robot.constants['pads'] for robot in robots
     }
     with Journal(tmp_path / 'interrupted', head) as journal:
         for robot in robots[:-2]:

@@ -64,7 +64,7 @@ def errors(scenario):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('engine', ENGINES)
-def test_the_estimate_is_within_4_mm_and_12_mm_of_the_truth_over_16_pushes(engine):
+def test_the_estimate_is_within_5_mm_and_12_mm_of_the_truth_over_16_pushes(engine):
     found = []
     for (direction, inclination), held in HELD.items():
         # It waits, however far the robot tips.
@@ -74,7 +74,7 @@ def test_the_estimate_is_within_4_mm_and_12_mm_of_the_truth_over_16_pushes(engin
             pushed = own.scenario(part * held / own.duration)
             found.append(errors(pushed.changed({('simulator', 'duration'): START + 0.35})))
     com, capture_point = np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0))
-    assert com < 4e-3
+    assert com < 5e-3
     assert capture_point < 12e-3
 
 
