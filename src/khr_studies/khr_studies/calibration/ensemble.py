@@ -74,7 +74,7 @@ def ensemble(plan: CalibrationPlan, robots: Sequence[Candidate]) -> Ensemble:
     fitting = [
         robot
         for robot, miss in zip(complete, misses, strict=True)
-        if robot is complete[0] or miss <= tolerances + 1e-9
+        if robot is complete[0] or miss <= tolerances
     ]
     kept = diverse(plan, distinct(plan, fitting), MOST)
     members = tuple(index for index, robot in enumerate(fitting) if robot in kept)

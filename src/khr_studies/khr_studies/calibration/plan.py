@@ -93,12 +93,10 @@ class CalibrationPlan:
     supports: tuple[WantedSupport, ...] = ()
     # parameters of all candidates that differ from the defaults, by node.key
     settings: dict[str, Any] = Field(default_factory=dict)
-    # candidates with every constant: of the first generation, found in earlier trials; measured
-    # after the search, which does not continue from them; found outside of the search, and
-    # confirmed with its best
-    placed: tuple[dict[str, float], ...] = ()
-    added: tuple[dict[str, float], ...] = ()
-    refined: tuple[dict[str, float], ...] = ()
+    # candidates with every constant:
+    placed: tuple[dict[str, float], ...] = ()  # of the first generation, found in earlier trials
+    added: tuple[dict[str, float], ...] = ()  # measured after the search, which does not use them
+    refined: tuple[dict[str, float], ...] = ()  # found outside of it, and confirmed with its best
     # names of shipped robots that are measured with the best candidates and shown beside them
     robots: tuple[str, ...] = ()
     note: str = ''
