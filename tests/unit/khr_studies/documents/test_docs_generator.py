@@ -96,6 +96,8 @@ def test_the_readme_has_the_mechanism_of_the_scoreboard():
         trends['vibration grows much with K_A'][0],
     )
     assert on_rubber > smooth, 'with equal gain'
+    (extra,) = [row['values'] for row in board.trends if row['name'].startswith('the extra peak')]
+    assert f'ankle loop lies at {extra[-1]:.2f} Hz with K_A 18' in readme
     with_hip = trends['rubber reduces vibration drastically']
     assert with_hip[0] < with_hip[1] < 2.0 * with_hip[0]
     assert verdicts_of(board.walks, 'thesis', 'single dominant peak') == {'passed'}

@@ -161,9 +161,8 @@ def test_the_amplitude_grows_with_the_slope_most_as_the_heels_lift():
     heels_up = table.pivot(index='slope', columns='shift_mm', values='heels_up')
     assert amplitude.at[6, 0.0] > 1.05 * amplitude.at[4, 0.0] > 1.05 * amplitude.at[2, 0.0]
     assert heels_up.at[6, 0.0] > 0.1 and heels_up.at[4, 0.0] == 0.0
-    assert (
-        heels_up.at[4, 10.0] > 0.1
-    )  # the centre of mass farther ahead moves it to a gentler slope
+    # the centre of mass farther ahead moves it to a gentler slope
+    assert heels_up.at[4, 10.0] > 0.1
     assert not np.isnan(amplitude.at[6, 0.0]) and np.isnan(amplitude.at[6, 10.0])  # it fell
 
 
