@@ -4,7 +4,7 @@ import statistics
 from pathlib import Path
 from typing import NamedTuple
 
-from khr_common.text.markdown import table
+from khr_common.markdown import table
 from tests.benchmarks import commands, environments, graphs
 from tests.benchmarks.board import FIGURES
 from tests.benchmarks.clock import CLOCKS, COMPUTING, WALL

@@ -91,7 +91,7 @@ def test_a_motion_that_the_robot_cannot_do_is_refused_and_the_run_goes_on(nodes,
 def test_a_push_before_the_start_is_refused_and_not_published(nodes):
     from geometry_msgs.msg import WrenchStamped
 
-    from khr_common.run_identity import MalformedError
+    from khr_common.errors import MalformedError
 
     simulator, push = nodes['simulator'], WrenchStamped()
     push.header.frame_id = 'odom'

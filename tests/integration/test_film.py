@@ -13,7 +13,7 @@ from khr_bringup.result import RunRecord
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render, render_run, save_gif
 from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay

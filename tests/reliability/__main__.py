@@ -21,7 +21,7 @@ from typing import NamedTuple
 import psutil
 
 from khr_common.files import write_text
-from khr_common.text.markdown import table
+from khr_common.markdown import table
 from tests import ROOT
 from tests.reliability.cases import HARMS, attempt, cases
 from tests.reliability.harms import load

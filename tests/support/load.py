@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from khr_common.lifeline import tied_to_parent
+from khr_common.processes import tied_to_parent
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from math import cos, sin
 
 import numpy as np
 
-from khr_common.maths.rotation import matrix
+from khr_common.rotation import matrix
 from khr_description.robot import JOINTS
 
 # Servos whose mechanics is a closed form: springs in series, little friction, no play.

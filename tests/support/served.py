@@ -5,7 +5,7 @@ from contextlib import closing, contextmanager
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
-from khr_common.scheduling import ask_for_real_time
+from khr_common.processes import ask_for_real_time
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.server import Server

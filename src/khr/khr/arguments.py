@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypeVar
 
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.text.quoting import one_line, quoted
+from khr_common.errors import one_line, quoted
 
 if TYPE_CHECKING:
     from pydantic import ValidationError

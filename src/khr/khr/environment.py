@@ -31,7 +31,7 @@ from khr.runs import changes_of, prepared
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.text.quoting import quoted
+from khr_common.errors import quoted
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters

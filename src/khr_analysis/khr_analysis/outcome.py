@@ -12,7 +12,7 @@ from khr_common import parameter, sample_period
 from khr_common.block import Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
-from khr_common.maths.rotation import Vector, dot, matrix
+from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 SensedVerdict = Literal['fell', 'upright']

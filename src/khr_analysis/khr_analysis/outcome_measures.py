@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import hypot, inf, pi, sqrt, tan
 from typing import NamedTuple
 
-from khr_common.maths.rotation import Vector, dot
+from khr_common.rotation import Vector, dot
 
 Pair = tuple[Vector, Vector]  # of the left and the right foot
 STILL: Vector = (0.0, 0.0, 0.0)

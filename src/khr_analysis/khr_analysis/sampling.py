@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import isotonic_regression
 
 from khr_common.errors import KhrError
-from khr_common.maths.gaps import GAP
+from khr_common.signals import GAP
 from khr_common.stamps import SYSTEM_TIME
 
 Array = NDArray[np.float64]

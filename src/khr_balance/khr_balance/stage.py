@@ -19,8 +19,8 @@ from khr_balance.gaits.body import forward
 from khr_balance.joints import JOINTS, SIDES
 from khr_common import ParameterError, parameter, sample_period
 from khr_common.errors import KhrError
-from khr_common.maths.low_pass import LowPass
-from khr_common.maths.rotation import applied
+from khr_common.rotation import applied
+from khr_common.signals import LowPass
 
 STAGES = (1, 2, 3)  # no control; ankle; ankle and hip
 

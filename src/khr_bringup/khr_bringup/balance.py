@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from khr_common.maths.rotation import Array, matrix
+from khr_common.rotation import Array, matrix
 from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, corners

@@ -18,8 +18,7 @@ from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers, spec_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.block import Block, Numbers
-from khr_common.block_errors import error_text
+from khr_common.block import Block, Numbers, error_text
 from khr_common.errors import KhrError, RunError
 from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
 from khr_sim.physics.truth import SIGNALS, GroundTruth

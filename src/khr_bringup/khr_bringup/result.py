@@ -15,12 +15,10 @@ from khr_bringup.changes import Change
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.arithmetic import in_force
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError, one_line
 from khr_common.files import write_text
 from khr_common.pacing import RealTime
-from khr_common.run_identity import MalformedError
 from khr_common.status_values import real
-from khr_common.text.quoting import one_line
 
 NO_HASH = 'none: nothing was simulated'
 FILE = 'outcome.json'

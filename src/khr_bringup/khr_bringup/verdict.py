@@ -24,9 +24,9 @@ from khr_bringup.scenario.expectation import MEANING, Expectation, realtime_text
 from khr_common import KhrError, RunError
 from khr_common.arithmetic import enter
 from khr_common.errors import INTERRUPTED
-from khr_common.lifeline import end_with_parent
+from khr_common.processes import end_with_parent
 from khr_common.run_identity import own_run
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 
 
 def main() -> int:

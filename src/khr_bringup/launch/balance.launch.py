@@ -24,7 +24,7 @@ from khr_bringup.bout.launching import prepare_bout
 from khr_bringup.graph.launching import ARGUMENTS, Launch, check_names, prepare_launch
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
-from khr_common.lifeline import PARENT
+from khr_common.processes import PARENT
 from khr_description.robot import Robot
 
 PATIENCE = '20'  # s for a node to end by itself: a recorder has a bag to finish

@@ -1,6 +1,15 @@
-"""The errors that every package builds on."""
+"""The errors that every package builds on, and foreign values in their texts.
+
+An error text is one line, and never longer than a line may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 INTERRUPTED = 130  # exit code of a command that SIGINT ended, as shells have it
+LONGEST = 200  # characters of a foreign value that an error text repeats
 
 
 class KhrError(Exception):
@@ -9,3 +18,36 @@ class KhrError(Exception):
 
 class RunError(KhrError):
     """A computation failed after its start: a node died, a scheduler disappeared."""
+
+
+class MalformedError(KhrError):
+    """A message that is not accepted, with the reason."""
+
+
+def quoted(value: object) -> str:
+    """Return the repr of a value, at most 200 characters of it."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of thousands of digits
+        text = f'<{type(value).__name__}>'
+    return text if len(text) <= LONGEST else f'{text[: LONGEST - 3]}...'
+
+
+def named(key: object) -> str:
+    """Return a key as it stands, or quoted if it would not fit into a line of text."""
+    return (
+        key if isinstance(key, str) and key.isprintable() and len(key) < LONGEST else quoted(key)
+    )
+
+
+def meant(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return ``did you mean NAME?`` and a blank for the known name most like this one, if any."""
+    near = get_close_matches(str(name), known, 1, cutoff)
+    return f'did you mean {near[0]}? ' if near else ''
+
+
+def one_line(text: str) -> str:
+    """Return a foreign text as one printable line, at most 200 characters of it."""
+    line = ' '.join(text[: 4 * LONGEST].split())
+    plain = ''.join(each if each.isprintable() else '?' for each in line)
+    return plain if len(plain) <= LONGEST else f'{plain[: LONGEST - 3]}...'

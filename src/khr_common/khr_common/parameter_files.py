@@ -17,9 +17,9 @@ from typing import Any
 import yaml
 
 from khr_common.block import GROUP
+from khr_common.errors import named
 from khr_common.parameters import ParameterError
-from khr_common.text.quoting import named
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _SIMILAR = 0.85  # of 1: a name that differs by a letter

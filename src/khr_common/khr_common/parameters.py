@@ -18,8 +18,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
-from khr_common.errors import KhrError
-from khr_common.text.quoting import meant, named, quoted
+from khr_common.errors import KhrError, meant, named, quoted
 
 Value = bool | int | float | str | list[float] | list[str]
 Table = TypeVar('Table')

@@ -9,15 +9,11 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from khr_common.errors import KhrError
+from khr_common.errors import MalformedError
 
 VARIABLE = 'KHR_RUN'
 KEY = 'run'  # of the identity in a status
 _NONE = '-'
-
-
-class MalformedError(KhrError):
-    """A message that is not accepted, with the reason."""
 
 
 def own_run() -> str:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
-from khr_common.run_identity import MalformedError, is_integer
+from khr_common.errors import MalformedError
+from khr_common.run_identity import is_integer
 
 LONGEST = 40  # characters of a number
 # A node reports changed parameters on `diagnostics`: its name with this suffix, the new values as

@@ -11,10 +11,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, named, quoted
 from khr_common.interfaces import JOINTS
-from khr_common.maths.rotation import Array, applied, dot, matrix, product
-from khr_common.text.quoting import named, quoted
+from khr_common.rotation import Array, applied, dot, matrix, product
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 

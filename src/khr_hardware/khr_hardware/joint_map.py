@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from khr_common import ParameterError, build, parameter, specifications
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, named, quoted
 from khr_common.interfaces import JOINTS, REGIONS
 from khr_common.published import AD_STEP
-from khr_common.text.quoting import named, quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, ICS_NUMBERS
 
 COUNT = radians(COUNT_DEG)

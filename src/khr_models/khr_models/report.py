@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from khr_common.text.markdown import WrittenPart
+from khr_common.markdown import WrittenPart
 from khr_models.numbers.standing import (
     ankle_numbers,
     friction_numbers,

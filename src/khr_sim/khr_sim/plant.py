@@ -13,8 +13,7 @@ from dataclasses import replace
 from math import radians
 
 from khr_common.arithmetic import warn_unless_portable
-from khr_common.errors import KhrError
-from khr_common.text.quoting import quoted
+from khr_common.errors import KhrError, quoted
 from khr_description.robot import JOINTS
 from khr_sim.physics.body import Start
 from khr_sim.physics.push import Push

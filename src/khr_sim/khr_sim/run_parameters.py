@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from khr_common import ParameterError, parameter
-from khr_common.errors import KhrError
-from khr_common.text.quoting import quoted
+from khr_common.errors import KhrError, quoted
 from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push

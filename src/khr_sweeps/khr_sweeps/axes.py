@@ -10,10 +10,9 @@ import numpy as np
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, named, quoted
 from khr_common.parameters import Specification
-from khr_common.text.quoting import named, quoted
-from khr_common.text.strict_yaml import LARGEST_INTEGER
+from khr_common.strict_yaml import LARGEST_INTEGER
 
 LARGEST_AXIS = 100_000
 

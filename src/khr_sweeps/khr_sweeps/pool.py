@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
 from khr_common import KhrError, RunError
-from khr_common.lifeline import end_with
+from khr_common.processes import end_with
 
 MOST_WORKERS = 256
 ATTEMPTS = 3  # workers that may be lost over one job

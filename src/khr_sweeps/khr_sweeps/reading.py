@@ -12,8 +12,8 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.control_text import title_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.text.quoting import named
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.errors import named
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_sweeps.axes import (
     CASE,
     SCENARIO,

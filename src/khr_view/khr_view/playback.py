@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from khr_bringup.recorded.bags import robots_in
-from khr_common.maths.gaps import interpolated
+from khr_common.signals import interpolated
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, RED, Array, Chart, Curve, charts
 from khr_view.charts.traces import shade
 from khr_view.guard import listen

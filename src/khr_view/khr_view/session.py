@@ -13,7 +13,7 @@ from khr_bringup.scenario.scenario import (
     read_scenario,
     with_installed_engine,
 )
-from khr_common.text.quoting import LONGEST
+from khr_common.errors import LONGEST
 from khr_sim.run_parameters import RunParameters
 
 SIMULATOR, ENGINE = 'simulator', 'engine'

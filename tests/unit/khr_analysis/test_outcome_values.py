@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_measures import Slides
 from khr_analysis.outcome_values import labelled, outcome_of, values_of
-from khr_common.run_identity import MalformedError
+from khr_common.errors import MalformedError
 
 number = st.floats(-1e6, 1e6)
 OUTCOME = Outcome('walked', 13.6, None, 1.2, 0.1, 0.3, 0.02, 0.01, 0.1)

@@ -9,7 +9,7 @@ from khr_bringup.balance import BalanceModel, balance_of
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import JOINTS
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.run_parameters import RunParameters

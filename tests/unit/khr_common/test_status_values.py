@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_common.run_identity import MalformedError
+from khr_common.errors import MalformedError
 from khr_common.status_values import integer, real
 
 TEXTS = st.text() | st.sampled_from(

@@ -4,7 +4,7 @@ import pytest
 from std_srvs.srv import Trigger
 
 from khr_common.interfaces import JOINTS
-from khr_common.nodes.joint_answer import JointAnswer
+from khr_common.nodes.messages import JointAnswer
 from khr_common.pacing import Punctuality
 from khr_hardware.errors import BoardError
 from khr_hardware.nodes.board import BoardNode

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from khr_common import KhrError
 from khr_common.interfaces import JOINTS
-from khr_common.text.strict_yaml import read_yaml
+from khr_common.strict_yaml import read_yaml
 from khr_description.robot import Robot
 from khr_hardware.joint_map import COUNT, DEFAULT, JointMap
 from khr_sim.board import Board

@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from khr_common import cdr
 from khr_common.interfaces import BODY, JOINTS, WORLD, frame_of
-from khr_common.maths.rotation import matrix
+from khr_common.rotation import matrix
 from khr_description.robot import Robot
 from khr_sim.nodes.transforms import TransformsNode
 from khr_sim.transforms import JointTree

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_bringup.node_registry import table_of
-from khr_common.nodes.ros_parameters import describe
+from khr_common.nodes.parameters import describe
 from khr_common.parameters import specifications
 from khr_view.controls import WATCHED, PendingChanges, Tunable, control, tunables, tunables_of
 

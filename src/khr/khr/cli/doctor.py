@@ -33,10 +33,10 @@ Finding = tuple[bool, str, str]
 GONE = 5.0  # s of wall time within which the child of a killed process ends
 TABLES = (Path('/proc/net/udp'), Path('/proc/net/udp6'))
 _LOOPBACK = '0100007F'  # 127.0.0.1 as /proc/net/udp writes it
-_CHILD = 'from khr_common.lifeline import end_with_parent as e; e(); print(flush=True); input()'
+_CHILD = 'from khr_common.processes import end_with_parent as e; e(); print(flush=True); input()'
 _PARENT = f"""
 import os, subprocess, sys
-from khr_common.lifeline import PARENT
+from khr_common.processes import PARENT
 own = {{**os.environ, PARENT: str(os.getpid())}}
 subprocess.Popen([sys.executable, '-c', {_CHILD!r}], env=own)
 input()

@@ -12,7 +12,7 @@ from khr_analysis.outcome_values import labelled
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.result import NO_HASH, Result
 from khr_bringup.scenario.expectation import realtime_text
-from khr_common.text.quoting import quoted
+from khr_common.errors import quoted
 
 MOST_CHANGES = 5  # that are named
 

@@ -12,10 +12,10 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from khr_analysis.quantities import QUANTITIES, stamp_of
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common.block import NodeSpec
+from khr_common.errors import MalformedError
 from khr_common.interfaces import GYRO, IMU, PEAKS, RATE_AMPLITUDE, SPECTRUM
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp, status
-from khr_common.run_identity import MalformedError
 from khr_common.stamps import RunTime, StampSequence
 
 QUIET = 10.0  # s of wall time between warnings

@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 from khr_analysis.recording import Recording
 from khr_common import cdr
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError
 from khr_common.interfaces import (
     CLOCK,
     IMU,
@@ -32,9 +32,9 @@ from khr_common.interfaces import (
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.nodes.node import MATCH_PERIOD, KhrNode
-from khr_common.run_identity import MalformedError, check_run
+from khr_common.run_identity import check_run
 from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -17,8 +17,8 @@ import yaml
 from khr_balance.errors import GaitError
 from khr_balance.gaits.body import ROBOT
 from khr_balance.joints import JOINTS
-from khr_common.text.quoting import named, quoted
-from khr_common.text.strict_yaml import read_yaml
+from khr_common.errors import named, quoted
+from khr_common.strict_yaml import read_yaml
 
 COM = ('com_x', 'com_y')
 SOLES = tuple(f'{side}_sole_{name}' for side in 'lr' for name in ('x', 'z', 'pitch'))

@@ -34,9 +34,8 @@ from khr_bringup.scenario.scenario import (
     with_installed_engine,
 )
 from khr_common import build, specifications
-from khr_common.errors import KhrError
-from khr_common.text.quoting import LONGEST, meant, named, quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.errors import LONGEST, KhrError, meant, named, quoted
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_sim.physics.body import Start
 from khr_sim.run_parameters import OF_ROBOT, RunParameters
 

@@ -25,7 +25,7 @@ from khr_bringup.run_folder import SCENARIO
 from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.interfaces import DIAGNOSTICS, PUSHED
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 
 OF_SIMULATOR = replace(DIAGNOSTICS, name=f'/{DIAGNOSTICS.name}')
 Show = Callable[[float], object]  # takes the simulated time of the bout so far, s

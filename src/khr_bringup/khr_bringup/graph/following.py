@@ -17,9 +17,9 @@ from khr_bringup.graph.wiring import START_TIMEOUT
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
+from khr_common.errors import one_line
 from khr_common.interfaces import DIAGNOSTICS, FINISHED, READY, TF, TF_STATIC, Topic
 from khr_common.pacing import RealTime
-from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
 if TYPE_CHECKING:

@@ -16,9 +16,8 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, meant, named
 from khr_common.files import write_text
-from khr_common.text.quoting import meant, named
 
 # The launch file's arguments: default and meaning of each.
 ARGUMENTS = {

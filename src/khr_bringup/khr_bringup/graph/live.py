@@ -15,9 +15,8 @@ from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario.parameter_file import parse_value
 from khr_common import ParameterError, check, specifications
-from khr_common.errors import KhrError
-from khr_common.text.quoting import meant, named, quoted
-from khr_common.text.strict_yaml import read_yaml
+from khr_common.errors import KhrError, meant, named, quoted
+from khr_common.strict_yaml import read_yaml
 
 if TYPE_CHECKING:
     from khr_bringup.scenario.scenario import Scenario
@@ -131,7 +130,7 @@ def switch_scenario(scenario: Scenario, domain: int | None = None) -> str:
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
-    from khr_common.nodes.ros_parameters import to_set
+    from khr_common.nodes.parameters import to_set
 
     entry = choose(domain)
     request = to_set({'name': scenario.name, 'scenario': scenario.stated_to_yaml()})
@@ -173,7 +172,7 @@ def _answer(domain: int | None, kind: Any, service: str, request: Any, patience:
 
 
 def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
-    from khr_common.nodes.ros_parameters import value_of
+    from khr_common.nodes.parameters import value_of
 
     names = sorted(call('list_parameters').result.names)
     if name is not None and name not in names:

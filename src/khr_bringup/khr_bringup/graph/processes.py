@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from khr_common.lifeline import PARENT, tied_to_parent
+from khr_common.processes import PARENT, tied_to_parent
 
 EXECUTABLE = '--executable'  # instead of a module: see khr_bringup.graph.child
 LAST = ('recorder', 'graph')  # they write the bag, with the last messages of the others

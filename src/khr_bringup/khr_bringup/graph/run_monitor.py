@@ -15,10 +15,10 @@ from rclpy.serialization import deserialize_message
 from khr_bringup.graph.reports import Reports
 from khr_bringup.graph.sensor_watch import SensorWatch
 from khr_common import KhrError, RunError, cdr
+from khr_common.errors import MalformedError
 from khr_common.interfaces import DECISION, DIAGNOSTICS, OUTCOME, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
-from khr_common.run_identity import MalformedError
 
 UNNAMED = '_NODE_NAME_UNKNOWN_'  # the name ROS gives a node before its name is known
 NAMING = 2.0  # s of wall time for it to come

@@ -21,7 +21,7 @@ from khr_bringup.scenario.scenario import ANYWHERE, Scenario
 from khr_common import specifications
 from khr_common.files import write_text
 from khr_common.interfaces import CLOCK, Topic
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_sim.run_parameters import RunParameters
 
 WIRING = 'wiring.yaml'

@@ -19,9 +19,8 @@ from khr_analysis.quantities import QUANTITIES, Quantity, Rows, stamp_of
 from khr_analysis.sampling import Samples, choose_stamps, even_samples
 from khr_bringup.recorded.bags import AmbiguousError, existing_bag
 from khr_bringup.recorded.storage import Storage, opened
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, one_line, quoted
 from khr_common.interfaces import GYRO, IMU
-from khr_common.text.quoting import one_line, quoted
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]

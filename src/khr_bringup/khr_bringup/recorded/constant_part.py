@@ -11,7 +11,7 @@ from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import STAGE
-from khr_common.maths.rotation import Array
+from khr_common.rotation import Array
 
 
 def constant_part(node: str, table: Any, time: float, stage: Sequence[float] = ()) -> float:

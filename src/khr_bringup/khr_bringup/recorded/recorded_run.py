@@ -30,6 +30,7 @@ from khr_bringup.result import FILE, RunRecord, read_outcome
 from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
 from khr_bringup.scenario.scenario import Scenario, parse
 from khr_common import KhrError, cdr
+from khr_common.errors import MalformedError
 from khr_common.interfaces import (
     DIAGNOSTICS,
     OUTCOME,
@@ -39,8 +40,7 @@ from khr_common.interfaces import (
     STATE,
     Topic,
 )
-from khr_common.run_identity import MalformedError
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 

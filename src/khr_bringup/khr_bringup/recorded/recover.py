@@ -18,8 +18,7 @@ from rosbags.rosbag2 import Reader
 from khr_analysis.recording import Definition, Recording
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.storage import METADATA, files_of, is_indexed, is_recording, opened
-from khr_common.errors import KhrError
-from khr_common.text.quoting import one_line
+from khr_common.errors import KhrError, one_line
 
 ENCODINGS = {  # of definitions, as MCAP names them
     MessageDefinitionFormat.NONE: '',

@@ -28,8 +28,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.reader import DirectoryReader
 
-from khr_common.errors import KhrError
-from khr_common.text.quoting import one_line
+from khr_common.errors import KhrError, one_line
 
 SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 ROS1 = '.bag'  # of a file of ROS 1, which is no recording of ROS 2

@@ -9,7 +9,7 @@ from typing import Any
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.node_registry import controllers
-from khr_common.text.quoting import LONGEST
+from khr_common.errors import LONGEST
 
 STATED = re.compile(r'(ankle|hip) gain|no control|without control|K_[AH] ')  # parts of a title
 SET = re.compile(r'(\w+)\.(gain|enabled)=')  # changes that the text of the controls covers

@@ -17,7 +17,7 @@ from khr_analysis.node_specs import MONITOR, RUN_PHASE
 from khr_analysis.outcome import OBSERVED, SENSED
 from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, quoted
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     CLOCK,
@@ -27,8 +27,7 @@ from khr_common.interfaces import (
     STATE,
     Topic,
 )
-from khr_common.text.quoting import quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.strict_yaml import read_file, read_yaml
 
 OF_BOARD = (CLOCK, JOINT_STATES, GYRO, *FOOT_FORCES)  # unless the driver's package states others
 STATED = 'khr_drivers.yaml'  # in the share of a package: the topics of its drivers

@@ -13,10 +13,9 @@ from khr_balance.gaits.gait_plan import plan_motion
 from khr_balance.gaits.key_frames import read_key_frames
 from khr_bringup.scenario.parameter_file import Values
 from khr_common import build
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, quoted
 from khr_common.files import write_text
-from khr_common.text.quoting import quoted
-from khr_common.text.strict_yaml import read_file
+from khr_common.strict_yaml import read_file
 from khr_sim.run_parameters import GAIT
 
 FORMS = {'.csv': 'csv', '.yaml': 'yaml', '.yml': 'yaml'}  # by the ending of the file's name

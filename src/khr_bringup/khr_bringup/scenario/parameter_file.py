@@ -7,10 +7,9 @@ from typing import Any
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, meant, named
 from khr_common.parameters import Specification
-from khr_common.text.quoting import meant, named
-from khr_common.text.strict_yaml import read_yaml
+from khr_common.strict_yaml import read_yaml
 
 Values = dict[str, dict[str, Any]]
 PARAMETERS = 'ros__parameters'

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from khr_bringup.scenario.scenario import CONFIG, Scenario, parse
-from khr_common.errors import KhrError
-from khr_common.text.quoting import LONGEST, quoted
-from khr_common.text.strict_yaml import read_file
+from khr_common.errors import LONGEST, KhrError, quoted
+from khr_common.strict_yaml import read_file
 
 ROBOTS = CONFIG / 'robots'
 

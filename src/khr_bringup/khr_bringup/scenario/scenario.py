@@ -23,10 +23,9 @@ from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.motion_file import with_motion
 from khr_bringup.scenario.parameter_file import Values, checked, parse_value, values_of
 from khr_common import ParameterError, build, specifications
-from khr_common.errors import KhrError
+from khr_common.errors import LONGEST, KhrError, named, quoted
 from khr_common.interfaces import Topic
-from khr_common.text.quoting import LONGEST, named, quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.run_parameters import GAIT

@@ -12,7 +12,7 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.text.markdown import table
+from khr_common.markdown import table
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 

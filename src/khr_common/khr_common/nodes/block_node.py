@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from khr_common.block import Block, NodeSpec, Numbers, Signals
-from khr_common.block_errors import error_text, print_traceback
+from khr_common.block import Block, NodeSpec, Numbers, Signals, error_text, print_traceback
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic

@@ -6,7 +6,8 @@ import importlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from math import isfinite
+from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -14,8 +15,9 @@ from geometry_msgs.msg import Vector3
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 
+from khr_common import cdr
 from khr_common.cdr import BLANK, MessageTemplate
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError
 from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, WRENCH, Topic
 from khr_common.status_values import AFTER, CHANGED
 
@@ -107,6 +109,26 @@ def little_endian(data: bytes, kind: type[Any]) -> bytes:
         return data
     recoded: bytes = serialize_message(deserialize_message(data, kind))
     return recoded
+
+
+class JointAnswer(NamedTuple):
+    """Joint positions that a node asks for, rad, with the stamp of the sample that it answers."""
+
+    stamp_ns: int
+    name: tuple[str, ...]
+    position: tuple[float, ...]
+
+
+def read_answer(data: bytes) -> JointAnswer:
+    """Read an answer from the bytes of its message.
+
+    Raises:
+        MalformedError: if it does not hold one finite position per joint.
+    """
+    names, positions = cdr.joint_positions(data)
+    if len(names) != len(positions) or not isfinite(sum(positions)):
+        raise MalformedError('not one finite position per joint')
+    return JointAnswer(cdr.clock(data), names, positions)
 
 
 class Output:

@@ -19,7 +19,7 @@ from rclpy.timer import Timer
 from khr_common import cdr
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError
 from khr_common.interfaces import DIAGNOSTICS, TF, Topic, frame_of
 from khr_common.nodes.messages import (
     Output,
@@ -31,8 +31,8 @@ from khr_common.nodes.messages import (
     serialized,
     status,
 )
-from khr_common.nodes.parameter_node import ParameterNode
-from khr_common.run_identity import MalformedError, check_run, own_run
+from khr_common.nodes.parameters import ParameterNode
+from khr_common.run_identity import check_run, own_run
 from khr_common.stamps import HISTORY
 
 Value = TypeVar('Value')

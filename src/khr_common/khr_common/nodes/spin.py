@@ -17,8 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 from khr_common.arithmetic import enter
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
-from khr_common.lifeline import end_with_parent, report_parents_end
 from khr_common.nodes.node import KhrNode
+from khr_common.processes import end_with_parent, report_parents_end
 
 LAST_WORDS = 0.1  # s of wall time for the middleware to send the last messages
 PRIVATE = 0o077  # umask: bags and logs are readable by this user alone

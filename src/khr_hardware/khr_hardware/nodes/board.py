@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 
 from khr_common import KhrError, cdr
 from khr_common.block import NodeSpec
+from khr_common.errors import MalformedError
 from khr_common.interfaces import (
     ANKLE_CORRECTION,
     BOARD_CORRECTION,
@@ -30,12 +31,11 @@ from khr_common.interfaces import (
     Topic,
     correction,
 )
-from khr_common.nodes.joint_answer import JointAnswer, read_answer
-from khr_common.nodes.messages import status
+from khr_common.nodes.messages import JointAnswer, read_answer, status
 from khr_common.nodes.node import KhrNode
 from khr_common.pacing import Latency, Punctuality
-from khr_common.run_identity import KEY, MalformedError
-from khr_common.scheduling import ask_for_real_time
+from khr_common.processes import ask_for_real_time
+from khr_common.run_identity import KEY
 from khr_hardware.client import connect
 from khr_hardware.driver import TORQUE_STATES, BoardDriver
 from khr_hardware.errors import BoardError

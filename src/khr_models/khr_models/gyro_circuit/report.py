@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from khr_common.text.markdown import WrittenPart, table
+from khr_common.markdown import WrittenPart, table
 from khr_models.gyro_circuit.agreement import disagreement
 from khr_models.gyro_circuit.carrier import static_characteristic
 from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY, TABLE_III, Circuit

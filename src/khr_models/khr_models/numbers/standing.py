@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from khr_common.markdown import table, table_of
 from khr_common.published import STALL_TORQUE
-from khr_common.text.markdown import table, table_of
 from khr_models.checks import FORMS
 from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination, simulate
 from khr_models.servo.servo_loop import gain_of_board

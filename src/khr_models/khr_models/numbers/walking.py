@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from khr_common.markdown import table, table_of
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
-from khr_common.text.markdown import table, table_of
 from khr_models.checks import FORMS
 from khr_models.harmonics import integrated_harmonics, published_harmonics, series_harmonics
 from khr_models.pendulum import Pendulum

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from khr_common.checks import one_of, positive
-from khr_common.maths.limit import bracket_limit
+from khr_common.limit import bracket_limit
 from khr_models.checks import Array
 from khr_models.pendulum import Pendulum
 from khr_models.standing.tipping import ForcePulse, Physical, Published, PushLoop, tipping_force

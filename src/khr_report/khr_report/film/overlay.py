@@ -16,7 +16,7 @@ from khr_bringup.recorded.run_signals import pitch_of
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.maths.rotation import Array, matrix, pitched
+from khr_common.rotation import Array, matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.panels import (
     FAINT,

@@ -12,7 +12,7 @@ from PIL import ImageDraw
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import Balance
-from khr_common.maths.rotation import Array
+from khr_common.rotation import Array
 
 INK, FAINT, PAPER = (30, 34, 40), (120, 124, 130), (255, 255, 255)
 LEFT, RIGHT = (0, 114, 178), (213, 94, 0)  # of the feet, as in figures

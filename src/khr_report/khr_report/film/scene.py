@@ -22,10 +22,9 @@ from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, quoted
 from khr_common.interfaces import GYRO, JOINT_STATES, STAGE, TRUE_INCLINATION
-from khr_common.maths.rotation import matrix
-from khr_common.text.quoting import quoted
+from khr_common.rotation import matrix
 from khr_description.robot import Robot
 from khr_report.film.shadow import Shadow
 from khr_sim.physics import engines

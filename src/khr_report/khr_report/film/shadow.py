@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from PIL import Image, ImageChops, ImageDraw
 
-from khr_common.maths.rotation import Array, matrix, pitched
+from khr_common.rotation import Array, matrix, pitched
 from khr_description.robot import Robot, vector
 from khr_sim.physics.camera import SUN, Camera
 from khr_sim.physics.truth import GroundTruth

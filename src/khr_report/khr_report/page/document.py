@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from markupsafe import Markup
 
-from khr_common.text.markdown import table as markdown_table
+from khr_common.markdown import table as markdown_table
 from khr_report.page.markdown_html import markdown_html
 
 Item = TypeVar('Item')

@@ -20,7 +20,7 @@ from khr_bringup.recorded.run_signals import ESTIMATES, Array, Series
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
-from khr_common.maths.gaps import broken
+from khr_common.signals import broken
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
 from khr_report.run.timing import Timing, title_of_run

@@ -19,9 +19,8 @@ from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_bringup.scenario.derived import derived, swings
 from khr_common import specifications
-from khr_common.errors import KhrError
-from khr_common.maths.gaps import broken
-from khr_common.text.quoting import one_line
+from khr_common.errors import KhrError, one_line
+from khr_common.signals import broken
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import panels, styled

@@ -14,12 +14,12 @@ from std_srvs.srv import SetBool
 
 from khr_common import KhrError
 from khr_common.block import NodeSpec
+from khr_common.errors import MalformedError
 from khr_common.interfaces import FINISHED, JOINTS, PUSH, PUSHED, READY, STATE, frame_of, full_name
-from khr_common.nodes.joint_answer import JointAnswer, read_answer
-from khr_common.nodes.messages import restamp, status
+from khr_common.nodes.messages import JointAnswer, read_answer, restamp, status
 from khr_common.nodes.node import KhrNode
 from khr_common.pacing import Latency, Punctuality
-from khr_common.run_identity import KEY, MalformedError, read_ready
+from khr_common.run_identity import KEY, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.metronome import Metronome
 from khr_sim.nodes.pushes import read_push

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from khr_common.interfaces import DECIDED, JOINT_REFERENCE, JOINTS, Topic, correction, full_name
-from khr_common.nodes.joint_answer import JointAnswer
+from khr_common.nodes.messages import JointAnswer
 from khr_sim.plant import mix
 from khr_sim.run_parameters import GAIT, REFEREE
 

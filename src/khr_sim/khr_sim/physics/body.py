@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, quoted
 from khr_common.interfaces import BODY, TORSO
-from khr_common.maths.rotation import applied, carried, matrix, pitched, product, rotated, turned
-from khr_common.maths.seeding import generator
-from khr_common.text.quoting import quoted
+from khr_common.rotation import applied, carried, matrix, pitched, product, rotated, turned
+from khr_common.signals import generator
 from khr_description.robot import JOINTS, Robot
 from khr_sim.board import Board
 from khr_sim.parameters import SimulatorParameters

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_common.maths.rotation import Array, Vector
+from khr_common.rotation import Array, Vector
 
 FIELD_OF_VIEW = 30.0  # deg, vertical
 NEAR, FAR = 0.05, 10.0  # clipping planes, m from the camera

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from khr_common.maths.rotation import Array, Vector, carried, dot, inverse
+from khr_common.rotation import Array, Vector, carried, dot, inverse
 from khr_description.robot import Robot, vector
 from khr_sim.parameters import SimulatorParameters
 

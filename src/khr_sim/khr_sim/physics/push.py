@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NoReturn
 
-from khr_common.errors import KhrError
-from khr_common.text.quoting import quoted
+from khr_common.errors import KhrError, quoted
 
 Vector = tuple[float, ...]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from khr_common.maths.rotation import Array, applied, between, cross, dot
+from khr_common.rotation import Array, applied, between, cross, dot
 from khr_description.robot import JOINTS, Robot
 
 GRAVITY = 9.80665  # m/s^2

@@ -19,7 +19,7 @@ from khr_common.interfaces import (
     TRUE_SOLES,
     Topic,
 )
-from khr_common.maths.rotation import Array, carried, inverse
+from khr_common.rotation import Array, carried, inverse
 
 # Topics of the ground truth, in the order of publication.
 SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATION, *TRUE_FORCES)

@@ -12,8 +12,7 @@ from math import isfinite
 
 from khr_common import parameter, sample_period
 from khr_common.errors import KhrError
-from khr_common.maths.low_pass import LowPass
-from khr_common.maths.seeding import generator
+from khr_common.signals import LowPass, generator
 
 
 @dataclass(frozen=True)

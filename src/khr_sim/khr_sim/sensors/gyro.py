@@ -16,9 +16,8 @@ from math import isfinite, radians, tau
 
 from khr_common import parameter, sample_period
 from khr_common.errors import KhrError
-from khr_common.maths.low_pass import LowPass
-from khr_common.maths.seeding import generator
 from khr_common.published import AD_STEP
+from khr_common.signals import LowPass, generator
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
 

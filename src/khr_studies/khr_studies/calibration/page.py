@@ -10,8 +10,8 @@ import numpy as np
 from khr_bringup.node_registry import table_of as table_of_node
 from khr_common import specifications
 from khr_common.files import write_text
+from khr_common.markdown import table, table_of
 from khr_common.parameters import Specification
-from khr_common.text.markdown import table, table_of
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration import ensemble

@@ -20,8 +20,8 @@ from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.robots import constants_of, robot_names
 from khr_bringup.scenario.scenario import CONFIG
 from khr_common import KhrError, check, specifications
-from khr_common.text.quoting import named, one_line, quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.errors import named, one_line, quoted
+from khr_common.strict_yaml import read_file, read_yaml
 from khr_studies.calibration.rows import (
     STRICT,
     Row,

@@ -14,7 +14,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_common.errors import KhrError, RunError
-from khr_common.maths.limit import bracket_limit
+from khr_common.limit import bracket_limit
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes, Condition

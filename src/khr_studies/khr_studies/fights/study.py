@@ -20,7 +20,7 @@ from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import Bout, load_bout
 from khr_bringup.bout.offline import run_bout
-from khr_common.maths.seeding import generator
+from khr_common.signals import generator
 from khr_studies.measuring.condition import INITIAL_TILT_DEG
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure, newcombe

@@ -16,7 +16,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
-from khr_common.maths.rotation import Array
+from khr_common.rotation import Array
 from khr_models.pendulum import Pendulum
 from khr_sim.physics import engines
 from khr_sim.physics.truth import GroundTruth

@@ -22,7 +22,7 @@ from khr_bringup.offline import Watch, run_offline
 from khr_common.checks import integer
 from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_common.maths.limit import bracket_limit
+from khr_common.limit import bracket_limit
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.run_table import half_interval, measure, run_table
 from khr_sweeps.pool import Pool

@@ -7,9 +7,8 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from khr_common.errors import KhrError
+from khr_common.errors import LONGEST, KhrError
 from khr_common.files import write_text
-from khr_common.text.quoting import LONGEST
 
 Result = TypeVar('Result')
 

@@ -20,7 +20,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.scenario import Scenario, changes_of, load_scenario
 from khr_common.errors import KhrError
-from khr_common.text.strict_yaml import read_yaml
+from khr_common.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import (

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from khr_common import markdown
 from khr_common.files import write_text
-from khr_common.text import markdown
-from khr_common.text.markdown import WrittenPart
+from khr_common.markdown import WrittenPart
 from khr_report.page.template import page_text
 from khr_sim.parameters import SimulatorParameters
 from khr_studies.push import study

@@ -21,8 +21,8 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.checks import non_negative, one_of, within
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO
-from khr_common.maths.limit import bracket_limit
-from khr_common.maths.rotation import matrix
+from khr_common.limit import bracket_limit
+from khr_common.rotation import matrix
 from khr_description.robot import Robot
 from khr_models.checks import Array
 from khr_models.gyro_circuit.circuit import KRG4

@@ -17,9 +17,8 @@ from matplotlib.figure import Figure
 
 from khr_bringup.scenario.robots import constants_of, label_of
 from khr_common.checks import one_of
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, quoted
 from khr_common.files import written
-from khr_common.text.quoting import quoted
 from khr_report.folders import make_folder
 from khr_report.plots.paper import PICTURES, VECTOR, remove_heading, set_columns
 from khr_report.plots.plot_style import head, save, styled

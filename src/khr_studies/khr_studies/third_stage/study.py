@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from khr_common.checks import integer
 from khr_common.errors import KhrError
-from khr_common.maths.limit import bracket_limit
+from khr_common.limit import bracket_limit
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.measuring.bench import lift
 from khr_studies.measuring.condition import Changes, Condition

@@ -23,7 +23,7 @@ from khr_common.interfaces import (
     TRUE_RATE,
     Topic,
 )
-from khr_common.maths.gaps import broken, interpolated
+from khr_common.signals import broken, interpolated
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from io import StringIO
 
 import numpy as np
 
-from khr_common.maths.gaps import interpolated
+from khr_common.signals import interpolated
 from khr_view.charts.charts import Array, Chart
 from khr_view.charts.spectrum_lines import SpectrumLines
 

@@ -12,7 +12,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.events import Event
 from khr_common.block import Numbers
 from khr_common.interfaces import Topic
-from khr_common.maths.gaps import interpolated
+from khr_common.signals import interpolated
 from khr_view.charts.charts import Array, Chart, chart_topics, charts
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s that charts show

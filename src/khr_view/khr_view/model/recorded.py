@@ -20,7 +20,7 @@ from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, STAGE, TRUE_POSE, Topic
-from khr_common.maths.gaps import GAP
+from khr_common.signals import GAP
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, Curve, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines

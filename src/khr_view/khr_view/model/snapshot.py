@@ -17,7 +17,7 @@ from khr_common.interfaces import (
     TRUE_INCLINATION,
     TRUE_POSE,
 )
-from khr_common.maths.rotation import Array
+from khr_common.rotation import Array
 from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES

@@ -10,10 +10,11 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from khr_common import cdr
 from khr_common.cdr import Floats
+from khr_common.errors import MalformedError
 from khr_common.interfaces import Topic
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import MalformedError, check_run
+from khr_common.run_identity import check_run
 
 
 class LatestMessages:

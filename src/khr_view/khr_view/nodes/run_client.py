@@ -12,11 +12,10 @@ from std_srvs.srv import SetBool
 
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import table_of
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError
 from khr_common.interfaces import full_name
-from khr_common.nodes.ros_parameters import value_of
+from khr_common.nodes.parameters import value_of
 from khr_common.parameters import check
-from khr_common.run_identity import MalformedError
 from khr_view.controls import Control, PendingChanges, Tunable, Value, control
 
 GONE = 'the simulator does not answer; is the run still there?'

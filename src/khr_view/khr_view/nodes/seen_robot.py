@@ -16,7 +16,7 @@ from std_msgs.msg import Float64MultiArray, String
 from khr_analysis.outcome import Outcome
 from khr_bringup.changes import changes_in
 from khr_bringup.recorded.events import Event, number, received_push
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, MalformedError, one_line
 from khr_common.interfaces import (
     DIAGNOSTICS,
     PEAKS,
@@ -29,10 +29,9 @@ from khr_common.interfaces import (
     WORLD,
 )
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import MalformedError, check_status
+from khr_common.run_identity import check_status
 from khr_common.stamps import RunTime
 from khr_common.status_values import real
-from khr_common.text.quoting import one_line
 from khr_description.robot import Robot
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, polled_topics
 from khr_view.charts.spectrum_lines import (

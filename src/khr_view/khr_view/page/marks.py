@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from khr_bringup.balance import Balance
 from khr_common.interfaces import REGIONS
-from khr_common.maths.rotation import Array
+from khr_common.rotation import Array
 from khr_view.model.snapshot import Snapshot
 
 Color = tuple[int, int, int]

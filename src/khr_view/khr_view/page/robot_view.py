@@ -9,7 +9,7 @@ import numpy as np
 from viser.transforms import SO3
 
 from khr_common.interfaces import BODY, JOINTS, TORSO
-from khr_common.maths.rotation import rotated
+from khr_common.rotation import rotated
 from khr_description.robot import Robot
 from khr_view.model.shapes import Shape, shapes
 from khr_view.model.snapshot import Snapshot

@@ -10,7 +10,7 @@ import pytest
 
 from khr_common import RunError, build
 from khr_common.errors import KhrError
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import engines

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from khr_common import build
-from khr_common.maths.rotation import matrix
+from khr_common.rotation import matrix
 from khr_description.robot import Robot
 from khr_sim.physics.body import Start
 from khr_sim.physics.contact import bumpers

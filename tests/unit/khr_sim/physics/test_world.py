@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, build
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push

@@ -12,7 +12,7 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check
-from khr_common.maths.limit import bracket_limit
+from khr_common.limit import bracket_limit
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Condition, with_engine

@@ -12,8 +12,8 @@ from khr_analysis.nodes.fft_analyser import _array, _peaks
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import values_of
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_common.errors import MalformedError
 from khr_common.interfaces import WRENCH
-from khr_common.run_identity import MalformedError
 from khr_view.charts.spectrum_lines import bins_in, peaks_in, spectrum_lines
 from khr_view.model.status import Status
 

@@ -11,7 +11,7 @@ from khr_common.interfaces import (
     TRUE_INCLINATION,
     TRUE_POSE,
 )
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.shapes import shapes

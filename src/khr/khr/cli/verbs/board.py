@@ -164,7 +164,7 @@ def deploy(
     """Write a scenario's gains into the board's own mixing; the robot stands still meanwhile."""
     from khr_bringup.board_loop import loop_of
     from khr_common.files import write_text
-    from khr_common.text.strict_yaml import read_file, read_yaml
+    from khr_common.strict_yaml import read_file, read_yaml
     from khr_hardware import deployment
     from khr_hardware.joint_map import JointMap
 
@@ -245,7 +245,7 @@ def serve(
 ) -> None:
     """Serve a virtual board with the robot of a scenario behind it, until stopped."""
     from khr_bringup.virtual_robot import virtual_board
-    from khr_common.scheduling import ask_for_real_time
+    from khr_common.processes import ask_for_real_time
     from khr_hardware.joint_map import JointMap
     from khr_hardware.virtual.faults import Fault, Faults
     from khr_hardware.virtual.server import Server, Wire

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
-from khr_common.maths.rotation import Array, Vector
+from khr_common.rotation import Array, Vector
 from khr_sim.physics.camera import Camera, Picture
 from khr_sim.physics.contact import ContactForces, Pose
 from khr_sim.servo import Servos, Tables

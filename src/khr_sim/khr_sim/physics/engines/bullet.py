@@ -13,7 +13,7 @@ from struct import Struct
 import numpy as np
 
 from khr_common.interfaces import TORSO
-from khr_common.maths.rotation import Array, applied, carried, cross, pitched, quaternion
+from khr_common.rotation import Array, applied, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import FRICTION, Pose, bumpers, physics_urdf

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot, dressed
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.camera import SUN, Camera, Picture

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from khr_common import RunError
 from khr_common.interfaces import TORSO
-from khr_common.maths.rotation import Array, carried, cross, pitched, quaternion
+from khr_common.rotation import Array, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
 from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters

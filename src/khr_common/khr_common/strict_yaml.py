@@ -9,8 +9,7 @@ from typing import Any
 
 import yaml
 
-from khr_common.errors import KhrError
-from khr_common.text.quoting import named, quoted
+from khr_common.errors import KhrError, named, quoted
 
 LARGEST_FILE = 65_536  # bytes; every value of every node, comments included, takes 15,000
 DEEPEST = 20  # collections within collections

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from khr_common import KhrError
-from khr_common.text.markdown import WrittenPart, table
+from khr_common.markdown import WrittenPart, table
 
 PART = WrittenPart('some.module docs/page.md', lambda: 'new')
 BEGIN, END = PART.markers

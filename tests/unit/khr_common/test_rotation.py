@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from khr_common.maths.rotation import (
+from khr_common.rotation import (
     carried,
     cross,
     inverse,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from khr_common.text.strict_yaml import LARGEST_FILE, YamlError, read_file, read_yaml
+from khr_common.strict_yaml import LARGEST_FILE, YamlError, read_file, read_yaml
 
 BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
     f'{this}: &{this} [{", ".join([f"*{last}"] * 9)}]\n'

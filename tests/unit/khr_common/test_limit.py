@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_common.maths.limit import Bracket, bracket_limit
+from khr_common.limit import Bracket, bracket_limit
 
 ENDS = (0.0, 20.0)
 

@@ -1,1 +1,0 @@
-"""Text for a person: Markdown, quoted values."""
