@@ -18,8 +18,7 @@ from khr_models.servo.servo_loop import (
 )
 from khr_models.standing.ankle_servo import Pid, simulate_servo
 from khr_models.standing.friction import SlidingFoot, simulate_sliding
-from khr_models.standing.push import largest_push, simulate_push
-from khr_models.standing.tipping import ForcePulse, PushLoop
+from khr_models.standing.push import ForcePulse, PushLoop, largest_push, simulate_push
 from khr_models.thesis import GAINS, PEAKS, identified_servo
 from tests.benchmarks.clock import computing_time
 

@@ -25,8 +25,7 @@ from scipy.optimize import newton
 from khr_common.checks import positive, within
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY
-from khr_models.checks import Array, Form, inclination_within, sign_of
-from khr_models.integrate import integrate
+from khr_models.checks import Array, Form, inclination_within, integrate, sign_of
 from khr_models.pendulum import GRAVITY, Pendulum
 
 LARGEST_AMPLITUDE = 0.5  # rad; above it the expansion to the third power is off by per cents

@@ -23,8 +23,15 @@ import numpy as np
 from scipy.constants import g
 
 from khr_common.checks import finite, one_of, positive, within
-from khr_models.checks import RIGHT_ANGLE, Array, Form, inclination_within, sign_of, time_grid
-from khr_models.integrate import integrate
+from khr_models.checks import (
+    RIGHT_ANGLE,
+    Array,
+    Form,
+    inclination_within,
+    integrate,
+    sign_of,
+    time_grid,
+)
 
 Value = TypeVar('Value', float, Array)
 CriticalForm = Literal['published', 'exact', 'tangent']

@@ -8,8 +8,7 @@ import math
 from khr_common.published import GYRO_SENSITIVITY
 from khr_models.checks import Form
 from khr_models.pendulum import Pendulum
-from khr_models.servo.gain_unit import PublishedLoop
-from khr_models.servo.identification import Identification, identify
+from khr_models.servo.identification import Identification, PublishedLoop, identify
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import controlled_critical_inclination
 

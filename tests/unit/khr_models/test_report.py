@@ -1,20 +1,22 @@
-"""The models' document holds today's numbers, and names what exists."""
+"""The models' documents hold today's numbers, and name what exists."""
 
 import importlib
 import re
 
 import pytest
 
-from khr_models.report import PART
+import khr_models.gyro_circuit.report
+import khr_models.report
 from tests import ROOT
 
 DOCUMENT = ROOT / 'docs' / 'models.md'
 
 
 @pytest.mark.slow
-def test_the_document_is_up_to_date():
-    text = DOCUMENT.read_text(encoding='utf-8')
-    assert PART.rewrite(text) == text, 'run: python -m khr_models.report docs/models.md'
+@pytest.mark.parametrize('report', [khr_models.report, khr_models.gyro_circuit.report])
+def test_the_document_is_up_to_date(report):
+    text = (ROOT / report.PART.command.split()[-1]).read_text(encoding='utf-8')
+    assert report.PART.rewrite(text) == text, f'run: python -m {report.PART.command}'
 
 
 def test_the_document_names_only_what_exists():

@@ -3,5 +3,5 @@
 - ``circuit``: its constants, each with its source, and closed-form results;
 - ``carrier``: the whole chain at the carrier's time scale, as waveforms;
 - ``baseband``: the same sensor as a linear system at the control rate, cheap enough for a node;
-- ``agreement``: how far those two are apart.
+- ``report``: the numbers of its document, and how far those two are apart.
 """

@@ -6,11 +6,51 @@ import cmath
 import dataclasses
 import functools
 import math
+from dataclasses import dataclass
 from typing import Any
 
 from khr_common.checks import between, positive
 from khr_common.published import GYRO_SENSITIVITY
-from khr_models.gyro_circuit.resonator import Resonator
+
+
+@dataclass(frozen=True)
+class Resonator:
+    """Mass (kg), damping (N s/m) and stiffness (N/m) of one axis, m x'' + b x' + k x = F.
+
+    Raises:
+        KhrError: if one of them is not positive or the axis is not underdamped.
+    """
+
+    mass: float
+    damping: float
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        positive('mass', self.mass, 'kg')
+        positive('stiffness', self.stiffness, 'N/m')
+        critical = 2.0 * math.sqrt(self.stiffness * self.mass)
+        between('damping', self.damping, 0.0, critical, 'N s/m')
+
+    @property
+    def natural_frequency(self) -> float:
+        """Undamped natural frequency, rad/s: where the velocity is largest and in phase."""
+        return math.sqrt(self.stiffness / self.mass)
+
+    @property
+    def quality(self) -> float:
+        """Quality factor."""
+        return math.sqrt(self.stiffness * self.mass) / self.damping
+
+    @property
+    def pole(self) -> complex:
+        """The pole of positive frequency, rad/s; the other one is its conjugate."""
+        decay = self.damping / (2.0 * self.mass)
+        return complex(-decay, math.sqrt(self.natural_frequency**2 - decay**2))
+
+    def response(self, s: complex) -> complex:
+        """Return displacement over force at the complex frequency ``s`` (rad/s), m/N."""
+        return 1.0 / (self.mass * s * s + self.damping * s + self.stiffness)
+
 
 BOLTZMANN = 1.380649e-23  # J/K
 PACKAGED_SENSITIVITY = math.degrees(GYRO_SENSITIVITY)  # V per rad/s, measured

@@ -15,8 +15,15 @@ import numpy as np
 from scipy.optimize import brentq
 
 from khr_common.checks import finite, non_negative, within
-from khr_models.checks import RIGHT_ANGLE, Array, Form, inclination_within, sign_of, time_grid
-from khr_models.integrate import integrate
+from khr_models.checks import (
+    RIGHT_ANGLE,
+    Array,
+    Form,
+    inclination_within,
+    integrate,
+    sign_of,
+    time_grid,
+)
 from khr_models.pendulum import Pendulum, PendulumMotion, Value, until_lying
 
 

@@ -14,7 +14,7 @@ which the capture point may be beyond the edge at the moment of the decision.
 - A step places a new edge a length L ahead at the time T after the decision (Koolen et al. 2012).
 
 The ankle alone has the margin 0, which is (4.7) for a moving body; its largest push is
-:func:`khr_models.standing.push.capture_force`.
+:func:`capture_force`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 from khr_common.checks import non_negative, positive
 from khr_models.pendulum import Pendulum
-from khr_models.standing.push import capture_force
+from khr_models.standing.push import tipping_force
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,26 @@ def step_margin(length: float, time: float, omega: float, steps: float = 1) -> f
     positive('time', time)
     positive('omega', omega)
     return length * -math.expm1(-steps * omega * time) / math.expm1(omega * time)
+
+
+def capture_force(pendulum: Pendulum, inertia: float, duration: float) -> float:
+    """Return the largest push that a body on the edge of its foot survives, in closed form, N.
+
+    Linear tipping, J q'' = m g (l q - b) + F l, is led by one unstable motion; it decides by
+    F = (m g b/l) / (1 - exp(-omega T)) with omega^2 = m g l/J. A short push so has the impulse
+    m g b/(l omega), which of a point mass is v < omega b, its capture point within the foot.
+
+    Args:
+        pendulum: mass, height over the sole, distance from the edge.
+        inertia: J about the edge, kg m^2; m l^2 is that of a point mass.
+        duration: T, s.
+
+    Raises:
+        KhrError: if inertia or duration is not positive.
+    """
+    positive('duration', duration)
+    omega = growth_rate(pendulum, inertia)
+    return tipping_force(pendulum) / -math.expm1(-omega * duration)
 
 
 def largest_force(

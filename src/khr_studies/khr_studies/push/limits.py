@@ -13,7 +13,8 @@ from khr_common.errors import KhrError
 from khr_models.checks import FORMS
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import Pid
-from khr_models.standing.push import DIRECTIONS, capture_force
+from khr_models.standing.capture_point import capture_force
+from khr_models.standing.push import DIRECTIONS
 from khr_models.standing.push import largest_push as largest_of_model
 from khr_sim.physics import engines
 from khr_studies.measuring.condition import Changes, stiffer_pid, with_engine

@@ -18,8 +18,7 @@ from khr_models.checks import Form
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import Gyro as GyroModel
-from khr_models.standing.push import largest_push
-from khr_models.standing.tipping import PushLoop
+from khr_models.standing.push import PushLoop, largest_push
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro import Gyro, GyroParameters

@@ -11,9 +11,16 @@ from khr_bringup.recorded.run_signals import run_with_series
 from khr_models.checks import FORMS, Form
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.servo.servo_loop import gain_of_board
-from khr_models.standing.push import DIRECTIONS, Direction, Gyro, simulate_push
+from khr_models.standing.push import (
+    DIRECTIONS,
+    Direction,
+    ForcePulse,
+    Gyro,
+    PushLoop,
+    simulate_push,
+    tipping_force,
+)
 from khr_models.standing.push import largest_push as largest_of_model
-from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
 from khr_studies.measuring.condition import with_engine
 from khr_studies.push.model import model_gyro, model_loop, model_push

@@ -27,7 +27,8 @@ from khr_description.robot import Robot
 from khr_models.checks import Array
 from khr_models.gyro_circuit.circuit import KRG4
 from khr_models.pendulum import Pendulum
-from khr_models.standing.push import DIRECTIONS, Direction, capture_force
+from khr_models.standing.capture_point import capture_force
+from khr_models.standing.push import DIRECTIONS, Direction
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import corners
 from khr_sim.physics.truth import GroundTruth

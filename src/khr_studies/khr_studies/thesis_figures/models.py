@@ -13,7 +13,7 @@ from khr_common.published import GYRO_SENSITIVITY
 from khr_models.gyro_circuit import carrier
 from khr_models.gyro_circuit.circuit import KRG4
 from khr_models.pendulum import Pendulum
-from khr_models.servo.gain_unit import solve_loop
+from khr_models.servo.identification import solve_loop
 from khr_models.standing.capture_point import (
     Flywheel,
     flywheel_margin,

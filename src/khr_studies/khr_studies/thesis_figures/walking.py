@@ -13,8 +13,7 @@ from khr_analysis.peaks import DOMINANT_SHARE
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 from khr_models.harmonics import growth
 from khr_models.pendulum import Pendulum
-from khr_models.servo.servo_loop import Tone, gain_of_board
-from khr_models.servo.stiffness import sweep_stiffness
+from khr_models.servo.servo_loop import Tone, gain_of_board, sweep_stiffness
 from khr_models.thesis import GAINS, identified_servo
 from khr_report.plots.plot_style import head, main_lines, panels
 from khr_studies.measuring.experiments import Runs

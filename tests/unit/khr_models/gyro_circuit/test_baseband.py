@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from khr_common.errors import KhrError
-from khr_models.gyro_circuit.agreement import disagreement
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.gyro_circuit.circuit import KRG4, TABLE_III
+from khr_models.gyro_circuit.report import disagreement
 
 PERIOD = 0.015
 circuits = st.builds(

@@ -1,16 +1,21 @@
+import cmath
 import dataclasses
 import math
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import cumulative_simpson, solve_ivp
 
 from khr_common.errors import KhrError
+from khr_models.gyro_circuit.carrier import hold_tone, move
 from khr_models.gyro_circuit.circuit import (
     KRG4,
     PACKAGED_SENSITIVITY,
     TABLE_III,
     Circuit,
+    Resonator,
     fit_sense_stiffness,
 )
 
@@ -96,3 +101,144 @@ def test_overdamped_axes_and_a_corner_near_the_carrier_are_refused(name, value):
 def test_thermal_noise_refuses_no_temperature():
     with pytest.raises(KhrError, match='temperature'):
         KRG4.thermal_noise(0.0)
+
+
+resonators = st.builds(
+    lambda mass, frequency, quality: Resonator(
+        mass, mass * math.tau * frequency / quality, mass * (math.tau * frequency) ** 2
+    ),
+    st.floats(1e-12, 1e-10),
+    st.floats(1e3, 1e5),
+    st.floats(0.6, 200.0),
+)
+
+
+def steps(resonator, per_cycle):
+    return math.tau / resonator.natural_frequency / per_cycle
+
+
+@given(resonators, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_unforced_motion_is_the_closed_form(resonator, x, v):
+    position, velocity = x * 1e-6, v * 1e-6 * resonator.natural_frequency
+    step = steps(resonator, 7.3)
+    moved, _ = move(resonator, np.zeros(60), step, 1.0 / step, position, velocity)
+    a, w = -resonator.pole.real, resonator.pole.imag
+    t = np.arange(60) * step
+    expected = np.exp(-a * t) * (
+        position * np.cos(w * t) + (velocity + a * position) / w * np.sin(w * t)
+    )
+    np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-16)
+
+
+@given(resonators, st.floats(-1.0, 1.0), st.floats(0.1, 1.0))
+def test_unforced_energy_falls_by_what_the_damper_takes(resonator, x, v):
+    step = steps(resonator, 200.0)
+    position, velocity = move(
+        resonator,
+        np.zeros(2001),
+        step,
+        1.0 / step,
+        x * 1e-6,
+        v * 1e-6 * resonator.natural_frequency,
+    )
+    energy = 0.5 * (resonator.mass * velocity**2 + resonator.stiffness * position**2)
+    assert (np.diff(energy) <= 1e-12 * energy[0]).all()
+    taken = cumulative_simpson(resonator.damping * velocity**2, dx=step, initial=0.0)
+    np.testing.assert_allclose(energy + taken, energy[0], rtol=1e-4)
+
+
+@given(resonators, st.floats(0.1, 3.0), st.floats(0.0, math.tau))
+def test_a_tone_settles_to_gain_and_phase_of_the_response(resonator, detuning, phase):
+    tone = detuning * resonator.natural_frequency
+    step = steps(resonator, 9.0)
+    count = 200 + math.ceil(30.0 / (-resonator.pole.real * step))
+    t = np.arange(count) * step
+    moved, speed = move(resonator, 1e-7 * np.cos(tone * t + phase), step, tone)
+    answer = 1e-7 * resonator.response(1j * tone)
+    turn = np.exp(1j * (tone * t + phase))
+    last = slice(-100, None)
+    np.testing.assert_allclose(
+        moved[last], (answer * turn).real[last], rtol=0, atol=1e-9 * abs(answer)
+    )
+    np.testing.assert_allclose(
+        speed[last], (1j * tone * answer * turn).real[last], rtol=0, atol=1e-9 * abs(tone * answer)
+    )
+
+
+def test_at_resonance_velocity_is_force_over_damping_and_in_phase():
+    resonator = Resonator(2.0, 0.5, 8.0)
+    w = resonator.natural_frequency
+    assert w == pytest.approx(2.0)
+    assert resonator.quality == pytest.approx(8.0)
+    assert 1j * w * resonator.response(1j * w) == pytest.approx(1.0 / 0.5)
+    assert cmath.phase(resonator.response(1j * w)) == pytest.approx(-math.pi / 2.0)
+    assert resonator.response(0.0) == pytest.approx(1.0 / 8.0)
+
+
+def test_modulated_force_from_rest_agrees_with_an_integrator():
+    resonator = Resonator(1.678e-11, 5e-8, 0.2)
+    tone, slow = 64588.0, 2.0 * math.pi * 300.0
+    step = math.tau / tone / 16.0
+
+    def force(t):
+        return 1e-10 * np.cos(tone * t) * (1.0 + 0.5 * np.sin(slow * t))
+
+    t = np.arange(1200) * step
+    moved, _ = move(resonator, force(t), step, tone)
+    solution = solve_ivp(
+        lambda time, y: [
+            y[1],
+            (force(time) - resonator.damping * y[1] - resonator.stiffness * y[0]) / resonator.mass,
+        ],
+        (0.0, t[-1]),
+        [0.0, 0.0],
+        method='DOP853',
+        t_eval=t,
+        rtol=1e-9,
+        atol=1e-18,
+    )
+    # The stretch between two samples is read as a pure tone: slow * step of its sidebands.
+    np.testing.assert_allclose(moved, solution.y[0], rtol=0, atol=1e-3 * np.abs(moved).max())
+
+
+@settings(max_examples=30)
+@given(st.complex_numbers(max_magnitude=1e5).filter(lambda p: p.real < -1.0))
+def test_the_recurrence_never_grows(pole):
+    decay, _ = hold_tone(pole, 1e-5, 1e4)
+    assert abs(decay) < 1.0
+
+
+@pytest.mark.parametrize('pole', [1j, 1.0, complex(math.nan, 0.0)])
+def test_an_unstable_recurrence_is_refused(pole):
+    with pytest.raises(KhrError, match=r'pole: .*accepted: a real part in \(-inf, 0\)'):
+        hold_tone(pole, 1e-5, 1e4)
+
+
+@pytest.mark.parametrize(
+    ('step', 'tone', 'name'),
+    [
+        (0.0, 1.0, 'step'),
+        (math.nan, 1.0, 'step'),
+        (1e-5, math.pi / 1e-5, 'tone'),
+        (1e-5, 0.0, 'tone'),
+        (1e-5, -1.0, 'tone'),
+    ],
+)
+def test_a_tone_sampled_below_its_nyquist_rate_is_refused(step, tone, name):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
+        hold_tone(-1.0 + 0j, step, tone)
+
+
+@pytest.mark.parametrize(
+    ('values', 'name'),
+    [
+        ((0.0, 1.0, 1.0), 'mass'),
+        ((1.0, -0.1, 1.0), 'damping'),
+        ((1.0, 2.0, 1.0), 'damping'),
+        ((1.0, 1.0, -1.0), 'stiffness'),
+        ((math.inf, 1.0, 1.0), 'mass'),
+    ],
+)
+def test_impossible_axes_are_refused(values, name):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
+        Resonator(*values)

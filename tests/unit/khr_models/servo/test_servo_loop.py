@@ -18,8 +18,8 @@ from khr_models.servo.servo_loop import (
     response_by_simulation,
     response_published,
     ringing_frequency,
+    sweep_stiffness,
 )
-from khr_models.servo.stiffness import sweep_stiffness
 
 LOOP = ServoLoop(0.141, 16.4, 151.0, gain_of_board(15.0))
 TIME = np.linspace(0.0, 3.0, 1501)

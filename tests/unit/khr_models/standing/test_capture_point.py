@@ -11,13 +11,13 @@ from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum
 from khr_models.standing.capture_point import (
     Flywheel,
+    capture_force,
     capture_point,
     flywheel_margin,
     growth_rate,
     largest_force,
     step_margin,
 )
-from khr_models.standing.push import capture_force
 
 P = Pendulum(1.5, 0.2, 0.055)
 INERTIA = 1.2 * P.inertia

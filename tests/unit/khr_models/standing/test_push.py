@@ -12,11 +12,13 @@ from scipy.optimize import brentq
 from khr_common.errors import KhrError
 from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid
-from khr_models.standing.push import capture_force, largest_push, simulate_push
-from khr_models.standing.tipping import (
+from khr_models.standing.capture_point import capture_force
+from khr_models.standing.push import (
     ForcePulse,
     Physical,
     PushLoop,
+    largest_push,
+    simulate_push,
     tipping_angle,
     tipping_force,
     tipping_length,

@@ -1,1 +1,0 @@
-"""Published numbers of the thesis compared with the models."""
