@@ -16,8 +16,8 @@ from khr_common import KhrError, RunError
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render, render_run, save_gif
-from khr_report.film.overlay import COLORS, TRACE, VERDICTS, Overlay
-from khr_report.film.panels import (
+from khr_report.film.overlay import (
+    COLORS,
     FAINT,
     LEFT,
     MASS,
@@ -25,11 +25,13 @@ from khr_report.film.panels import (
     PRESSURE,
     RIGHT,
     SHOWN,
+    TRACE,
+    VERDICTS,
     Brush,
+    Overlay,
     OverTime,
 )
-from khr_report.film.scene import Look, PosedScene, frames, scenario_of, source_of
-from khr_report.film.shadow import Shadow
+from khr_report.film.scene import Look, PosedScene, Shadow, frames, scenario_of, source_of
 from khr_sim.physics.camera import Camera
 from tests.support.runs import khr
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 from matplotlib.transforms import Bbox
 
-from khr_report.plots.points import write_points
+from khr_report.plots.plot_style import write_points
 from khr_studies.documents.docs_generator import figures_markdown
 
 TITLE_LINES = 2

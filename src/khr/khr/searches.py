@@ -91,7 +91,7 @@ def limit_of(
     Raises:
         KhrError: if a value is not accepted, before anything runs.
     """
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.measuring.critical import check_file, measure_limit, write_limit
 
     if out:

@@ -22,7 +22,7 @@ from khr_bringup.offline import Loops, Truths
 from khr_bringup.scenario.control_text import control_of
 from khr_common import RunError
 from khr_report.film.film import SMOOTH, Show, base_of, look_of, part_of, render, within
-from khr_report.film.panels import FAINT, INK, PAPER, SMALL
+from khr_report.film.overlay import FAINT, INK, PAPER, SMALL
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.physics.camera import Camera
 from khr_sim.physics.truth import GroundTruth

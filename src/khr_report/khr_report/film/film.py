@@ -19,7 +19,7 @@ from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.film.overlay import COLORS, Overlay
 from khr_report.film.scene import Frame, Look, PosedScene, source_of
-from khr_report.folders import make_folder
+from khr_report.output import make_folder
 
 GIF_COLORS = 96
 FASTEST_GIF = 50.0  # pictures per second

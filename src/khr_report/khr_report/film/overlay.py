@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil, cos, degrees, nan, radians, sin
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -18,44 +20,130 @@ from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.rotation import Array, matrix, pitched
 from khr_description.robot import Robot
-from khr_report.film.panels import (
-    FAINT,
-    INK,
-    LEFT,
-    MASS,
-    OTHERS,
-    PAPER,
-    POINTS,
-    PRESSURE,
-    RADIUS,
-    RIGHT,
-    SMALL,
-    Box,
-    Brush,
-    OverTime,
-    Pen,
-    Swings,
-    draw_from_above,
-)
 from khr_report.film.scene import Frame
 from khr_sim.physics.camera import Camera
 from khr_sim.run_parameters import RunParameters
+
+INK, FAINT, PAPER = (30, 34, 40), (120, 124, 130), (255, 255, 255)
+LEFT, RIGHT = (0, 114, 178), (213, 94, 0)  # of the feet, as in figures
+MASS, PRESSURE = (204, 121, 167), (0, 158, 115)  # as on the page
+POINTS = (  # of the balance: name, colour, attribute
+    ('centre of mass', MASS, 'below'),
+    ('capture point', RIGHT, 'capture'),
+    ('centre of pressure', PRESSURE, 'pressure'),
+)
+SHOWN = GaitParameters().cycle_period  # s
+OTHERS = (LEFT, RIGHT, PRESSURE, MASS)  # of other lines
+SMALL = 20  # px, size of the text
+RADIUS = 7  # px of a point
+ACROSS = 0.32  # m of way that the view from above is wide
+LINE = (205, 208, 212)
+
+Color = tuple[int, int, int]
+Pen = ImageDraw.ImageDraw
+Box = tuple[float, float, float, float]
+Swings = Mapping[str, Sequence[tuple[float, float]]]  # of the feet, s, by side
+
+
+@dataclass(frozen=True)
+class Brush:
+    """A pen, the font of small texts, and the px for each px of a picture 720 px high."""
+
+    pen: Pen
+    font: Any
+    scale: float
+
+    def panel(self, box: Box) -> None:
+        """Draw the background of a panel."""
+        self.pen.rounded_rectangle(box, 6 * self.scale, (*PAPER, 205))
+
+    def point(self, x: float, y: float, color: Color) -> None:
+        """Draw a point of the balance."""
+        r = RADIUS * self.scale
+        self.pen.ellipse((x - r, y - r, x + r, y + r), color, PAPER)
+
+
+@dataclass(frozen=True, eq=False)
+class OverTime:
+    """Lines over the last gait cycle, with their scale, and the swings of the feet as shading."""
+
+    title: Sequence[tuple[str, Color]]  # texts and their colours
+    full: float  # value at the upper edge, and negative at the lower edge
+    time: Array  # s, (N,)
+    lines: Sequence[tuple[Color, Array]]  # colour and values, (N,), of each
+    swings: Swings
+
+    def draw(self, brush: Brush, box: Box, now: float) -> None:
+        """Draw it at a time, s."""
+        brush.panel(box)
+        pen, scale = brush.pen, brush.scale
+        left, top, right, bottom = box
+        pad = 8 * scale
+        start, end = left + pad, right - 58 * scale
+        high, low = top + 1.5 * SMALL * scale, bottom - pad
+        middle, half = (high + low) / 2.0, (low - high) / 2.0
+
+        def across(time: Array) -> Array:
+            return end - np.clip((now - time) / SHOWN, 0.0, 1.0) * (end - start)
+
+        for color, side in ((LEFT, 'left'), (RIGHT, 'right')):
+            for swing in self.swings.get(side, ()):
+                x, x_end = across(np.array(swing)).tolist()
+                if x < x_end:
+                    pen.rectangle((x, high, x_end, low), (*color, 30))
+        for value in (-self.full, 0.0, self.full):
+            y = middle - half * value / self.full
+            pen.line((start, y, end, y), LINE, max(1, round(scale)))
+            label = f'{value:+.0f}' if value else '0'
+            pen.text((end + pad / 2.0, y), label, FAINT, brush.font, anchor='lm')
+        inside = (self.time > now - SHOWN) & (self.time < now + 1e-6)
+        for color, values in self.lines:
+            down = middle - half * np.clip(values[inside] / self.full, -1.0, 1.0)
+            known = np.isfinite(down)
+            points = np.column_stack([across(self.time[inside]), down])[known]
+            if len(points) > 1:
+                flat = [tuple(each) for each in points.tolist()]
+                pen.line(flat, color, max(1, round(2 * scale)), joint='curve')
+        x = start
+        for text, color in self.title:
+            pen.text((x, top + pad / 2.0), text, color, brush.font)
+            x += pen.textlength(text, brush.font)
+
+
+def draw_from_above(brush: Brush, box: Box, balance: Balance, inclination: float) -> None:
+    """Draw the loaded soles and the points of the balance from above, forward to the right."""
+    brush.panel(box)
+    left, top, right, bottom = box
+    ahead = np.array([cos(inclination), 0.0, -sin(inclination)])
+    corners = balance.support if len(balance.support) else balance.below[np.newaxis]
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    size = (right - left) / ACROSS
+
+    def place(point: Array) -> tuple[float, float]:
+        x = (left + right) / 2.0 + size * float((point - middle) @ ahead)
+        y = (top + bottom + SMALL * brush.scale) / 2.0
+        return x, y - size * float(point[1] - middle[1])
+
+    if len(balance.support):
+        outline = [place(corner) for corner in balance.support]
+        brush.pen.polygon(outline, (*LINE, 160), FAINT)
+    for _, color, name in POINTS:
+        point = getattr(balance, name)
+        if np.isfinite(point).all():
+            x, y = place(point)
+            inside = min(max(x, left), right), min(max(y, top), bottom)
+            brush.point(*inside, color)
+    at = left + 8 * brush.scale, top + 4 * brush.scale
+    brush.pen.text(at, 'from above', FAINT, brush.font)
+
 
 TRACE = (20, 60, 140)
 VERDICTS = {
     'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
 }  # fmt: skip
 FORCES = (('left toe', LEFT), ('left heel', LEFT), ('right toe', RIGHT), ('right heel', RIGHT))
-COLORS = (
-    INK,
-    PAPER,
-    TRACE,
-    LEFT,
-    RIGHT,
-    MASS,
-    PRESSURE,
-    *VERDICTS.values(),
-)  # that a GIF must not blend
+# that a GIF must not blend
+COLORS = (INK, PAPER, TRACE, LEFT, RIGHT, MASS, PRESSURE, *VERDICTS.values())
 HEIGHT = 720  # px, of a picture in which sizes below hold
 MARGIN, LARGE, PANEL = 18, 30, 112
 WIDE = 300  # px, of the panel of the corrections
@@ -114,7 +202,8 @@ class Overlay:
         box = margin, start, margin + width, start + height
         draw_from_above(brush, box, balance, frame.truth.inclination)
         self._verdict(pen, right, margin)
-        clock = f'lean {degrees(_lean(frame)):.1f} deg   t {frame.time:.2f} s'
+        lean = pitch_of(*frame.truth.orientation.tolist())
+        clock = f'lean {degrees(lean):.1f} deg   t {frame.time:.2f} s'
         pen.text((right, top + line / 2.0), clock, INK, self._small, anchor='ra')
         if self._corrections is not None:
             above = margin + (LARGE + 2.5 * SMALL) * self._scale
@@ -194,10 +283,6 @@ class Overlay:
             pen.text((right - pad, y), f'{force:.1f} N', INK, self._small, anchor='rm')
             tip = start + max(0.0, end - start) * min(1.0, max(0.0, force) / FULL_FORCE)
             pen.rectangle((start, y - 0.3 * row, max(tip, start), y + 0.3 * row), color)
-
-
-def _lean(frame: Frame) -> float:
-    return pitch_of(*frame.truth.orientation.tolist())
 
 
 def _balances(scenario: Scenario, kept: Sequence[Frame]) -> list[Balance]:

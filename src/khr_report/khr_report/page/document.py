@@ -1,16 +1,22 @@
-"""Parts of a document, written as Markdown; a page has the same Markdown as HTML."""
+"""Parts of a document, written as Markdown, and templates for whole ones.
+
+A page has the same Markdown as HTML.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from math import degrees
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from khr_common.markdown import table as markdown_table
-from khr_report.page.markdown_html import markdown_html
+from khr_report.page.html import markdown_html
 
 Item = TypeVar('Item')
 
@@ -111,3 +117,43 @@ def _markdown(block: Block, level: int) -> str:
 def _markdown_cell(cell: Cell) -> str:
     text = str(cell).replace('|', '\\|')
     return f'**{text}**' if isinstance(cell, Verdict) and cell.passed is False else text
+
+
+def page_text(module: str, name: str = '', **values: Any) -> str:
+    """Fill a template, and return the page in Markdown, ending with a newline.
+
+    In the template ``x | f('.2f')`` formats a number; a table, list or passage is inserted as
+    Markdown.
+
+    Args:
+        module: ``__name__`` of a module ``page``, whose template is ``page.md.j2`` beside it.
+        name: of the template, if it is another.
+        values: by their names in the template.
+    """
+    package, _, own = module.rpartition('.')
+    source = files(package).joinpath(f'{name or own}.md.j2').read_text(encoding='utf-8')
+    environment = Environment(
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_as_markdown
+    )
+    environment.filters['f'] = format
+    text = environment.from_string(source).render(values)
+    return re.sub(r'\n{3,}', '\n\n', text).strip() + '\n'  # blank lines of a skipped part
+
+
+def _as_markdown(value: Any) -> Any:
+    if isinstance(value, Table | Bullets | Passage):
+        return markdown([value])
+    return markdown(value) if isinstance(value, list | tuple) else value
+
+
+def duration(seconds: float) -> str:
+    """Format a duration in s, in min, or in h and min."""
+    minutes = round(seconds / 60.0)
+    if minutes < 2:
+        return f'{seconds:.0f} s'
+    return f'{minutes} min' if minutes < 120 else f'{minutes // 60} h {minutes % 60} min'
+
+
+def count(number: int, one: str, many: str = '') -> str:
+    """Write a number of things; ``many`` is ``one`` with an s by default."""
+    return f'{number} {one if number == 1 else many or f"{one}s"}'

@@ -1,4 +1,4 @@
-"""The common style of all figures, and their panels."""
+"""The common style of all figures, their panels, their form for a paper, and their points."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from pathlib import Path
 from typing import IO, Any
 
 import matplotlib.style
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from khr_common.errors import KhrError
-from khr_report.plots.paper import remove_heading
+from khr_common.files import write_text
+from khr_report.output import csv_text
 
 STYLE = Path(__file__).with_name('khr.mplstyle')
 TITLES = {'published': 'as published', 'physical': 'physical'}
@@ -210,3 +213,66 @@ def legend_below(axis: Axes, columns: int) -> None:
     """Put a panel's legend below the figure, where it hides no curve."""
     assert isinstance(axis.figure, Figure)
     axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)
+
+
+COLUMN_WIDTHS = {1: 3.5, 2: 7.16}  # inches, of an IEEE page
+PANEL_HEIGHT = 1.9  # inches, in one column
+LABEL_CHARACTERS = 26  # of a line of the vertical axis in one column
+VECTOR = ('.pdf', '.svg')
+PICTURES = ('.png', *VECTOR)
+
+
+def remove_heading(figure: Figure) -> str:
+    """Remove the heading and the notes of a figure; return them as text for a caption."""
+    notes = [legend.get_title() for legend in figure.legends]
+    texts = [figure.get_suptitle(), figure.get_supxlabel(), *(note.get_text() for note in notes)]
+    if any(texts[:2]):
+        figure.suptitle('')
+        figure.supxlabel('')
+    for note in notes:
+        note.set_text('')
+    return ' '.join(' '.join(text.split()).rstrip('.') + '.' for text in texts if text)
+
+
+def set_columns(figure: Figure, columns: int) -> None:
+    """Set the width of a figure to that of columns of a page; in one column, stack its panels.
+
+    Raises:
+        KhrError: for another number than 1 or 2.
+    """
+    if columns not in COLUMN_WIDTHS:
+        raise KhrError(f'--columns: {columns} is not accepted; accepted: 1 | 2')
+    if columns == 1:
+        _stack(figure)
+    else:
+        figure.set_figwidth(COLUMN_WIDTHS[columns])
+
+
+def _stack(figure: Figure) -> None:
+    panels = [axis for axis in figure.axes if axis.get_subplotspec() is not None]
+    grid = GridSpec(len(panels), 1, figure=figure)
+    for row, axis in enumerate(panels):
+        axis.set_subplotspec(grid[row, 0])
+        axis.set_ylabel(textwrap.fill(axis.get_ylabel(), LABEL_CHARACTERS))
+        axis.tick_params(labelbottom=True, labelleft=True)
+    for legend in figure.legends:
+        legend.set_ncols(1)
+    figure.set_size_inches(COLUMN_WIDTHS[1], max(2.4, PANEL_HEIGHT * len(panels)))
+
+
+POINT_COLUMNS = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
+
+
+def write_points(figure: Figure, path: Path) -> None:
+    """Write every labelled line of a figure as CSV, a row per point.
+
+    Lines without a label are guides, not data.
+    """
+    rows = (
+        (axes.get_title(loc='left'), label, axes.get_xlabel(), x, axes.get_ylabel(), y)
+        for axes in figure.axes
+        for line in axes.lines
+        if not (label := str(line.get_label())).startswith('_')
+        for x, y in np.asarray(line.get_xydata(), dtype=np.float64)
+    )
+    write_text(path, csv_text(POINT_COLUMNS, rows, 9))

@@ -1,4 +1,4 @@
-"""Draw the signals of runs on one time axis, and the overview of a run."""
+"""Draw the signals of runs on one time axis, the overview of a run, and its balance from above."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from khr_analysis.spectrum import Spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.balance import Balance
 from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import ESTIMATES, Array, Series
@@ -21,11 +22,13 @@ from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
 from khr_common.signals import broken
-from khr_report.plots.plot_style import head, legend_above, panels, save, styled
+from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled
+from khr_report.run.contents import RunContents
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
-from khr_report.run.timing import Timing, title_of_run
 from khr_sim.sensors.foot_force import FootForceParameters
 
+EVENTS_NAMED = 9
+CHANGED = ', changed while it ran'
 BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
 ESTIMATE = 'Recovery, its estimate of the '
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
@@ -41,6 +44,9 @@ GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
 SPECTRUM = 'Spectrum of the gyro'
 SHADED = 'shaded: the left foot swings (blue), the right foot (orange)'
 PANEL = 1.55  # inches, height of a panel
+POINTS = {'center': 'below', 'pressure': 'pressure', 'capture': 'capture'}  # margin and point
+WIDEST = 0.4  # m to either side that are shown from above; a robot that falls goes further
+ABOVE = 2.0  # inches, height of a panel from above
 LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
 
 
@@ -77,7 +83,7 @@ def signals_of(runs: Collection[Series]) -> list[Signal]:
         Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
         Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
         Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
-        *(part for name in controllers for part in (correction(name), _constant(name))),
+        *(part for name in controllers for part in _corrections(name)),
         Signal('Slip of the loaded soles, summed', '', 'slip (mm)', lambda s: 1000.0 * s.slip),
         Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
         Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
@@ -106,19 +112,12 @@ def _estimate(runs: Collection[Series]) -> list[Signal]:
     return found
 
 
-def _constant(controller: str) -> Signal:
-    return Signal(
-        CORRECTIONS,
-        f'{controller}, constant part',
-        'angle (°)',
-        lambda s: np.degrees(s.constant_of(controller)),
-    )
-
-
-def correction(controller: str) -> Signal:
-    """Return the signal of a controller, by its short name."""
-    return Signal(
-        CORRECTIONS, controller, 'angle (°)', lambda s: np.degrees(s.correction_of(controller))
+def _corrections(name: str) -> tuple[Signal, Signal]:
+    """Return the correction of a controller, and its constant part."""
+    constant = f'{name}, constant part'
+    return (
+        Signal(CORRECTIONS, name, 'angle (°)', lambda s: np.degrees(s.correction_of(name))),
+        Signal(CORRECTIONS, constant, 'angle (°)', lambda s: np.degrees(s.constant_of(name))),
     )
 
 
@@ -167,12 +166,13 @@ def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -
     for axis, pane in zip(axes, panes, strict=False):
         pane.draw(axis)
     _share_time(axes[: len(panes)])
-    Timing(scenario.table(GaitParameters), events).draw(axes[: len(panes)])
+    _mark_times(axes[: len(panes)], scenario.table(GaitParameters), events)
     if panes:
         axes[0].set_xlim(0.0, float(series.time[-1]))
     if third:
         draw_spectra(axes[-1], {'': third})
-    head(figure, title_of_run(scenario, events), note(scenario))
+    changed = any('=' in event.text for event in events)
+    head(figure, (scenario.title or scenario.name) + CHANGED * changed, note(scenario))
     return figure
 
 
@@ -230,14 +230,16 @@ def _pane(signals: Sequence[Signal], runs: Mapping[str, Series], names: Sequence
 def over_time(
     runs: Mapping[str, Series],
     spectrograms: Mapping[str, Sequence[Spectrum]],
-    timing: Timing | None = None,
+    gait: GaitParameters | None = None,
+    events: Sequence[Event] = (),
 ) -> tuple[Figure, list[str]]:
     """Draw all signals of runs, then their spectrograms, on one time axis.
 
     Args:
         runs: by name.
         spectrograms: of runs, by title, from :func:`spectrogram`.
-        timing: swings and events to mark.
+        gait: whose swings of the feet are shaded.
+        events: to mark.
 
     Returns:
         The figure, and the titles of its panels.
@@ -250,9 +252,33 @@ def over_time(
     for axis, windows in zip(axes[len(panes) :], spectrograms.values(), strict=True):
         draw_spectrogram(axis, windows)
     _share_time(axes)
-    (timing or Timing()).draw(axes[: len(panes)])
+    _mark_times(axes[: len(panes)], gait, events)
     axes[0].set_xlim(0.0, max(float(series.time[-1]) for series in runs.values()))
     return figure, titles
+
+
+def _mark_times(
+    axes: Sequence[Axes], gait: GaitParameters | None, events: Sequence[Event]
+) -> None:
+    """Shade the swings of the feet and mark the events; the top panel names them."""
+    shades = swings(gait) if gait else {}
+    for axis in axes:
+        for color, side in zip(COLORS, ('left', 'right'), strict=False):
+            for start, end in shades.get(side, ()):
+                axis.axvspan(start, end, color=color, alpha=0.1, linewidth=0.0, zorder=0)
+        for event in events:
+            axis.axvline(event.time, color='0.2', linestyle=':', linewidth=0.8)
+    for number, event in enumerate(events[:EVENTS_NAMED]):
+        axes[0].annotate(
+            event.text,
+            (event.time, 1.0),
+            xytext=(2, -8 - 8 * (number % 3)),
+            textcoords='offset points',
+            xycoords=('data', 'axes fraction'),
+            fontsize=6,
+            annotation_clip=True,
+            bbox={'facecolor': 'white', 'alpha': 0.8, 'edgecolor': 'none', 'pad': 0.5},
+        )
 
 
 def _share_time(axes: Sequence[Axes]) -> None:
@@ -262,3 +288,57 @@ def _share_time(axes: Sequence[Axes]) -> None:
     for axis in axes:
         axis.tick_params(labelbottom=axis is axes[-1])
     axes[-1].set_xlabel('time (s)')
+
+
+def from_above(runs: Mapping[str, RunContents]) -> Figure | None:
+    """Draw centre of mass, capture point and centre of pressure; a panel for each run.
+
+    Returns:
+        The figure; None if no run has known poses.
+    """
+    shown = {name: run for name, run in runs.items() if any(run.balances)}
+    if not shown:
+        return None
+    names = [name if len(runs) > 1 else '' for name in shown]
+    figure, axes = panels(*names, columns=1, height=0.6 + ABOVE * len(names))
+    for axis, run in zip(axes, shown.values(), strict=True):
+        assert run.series is not None
+        inclination = run.series.inclination
+        known = [n for n, each in enumerate(run.balances) if each is not None]
+        for corners in _footprints(run, known):
+            axis.fill(*corners.T, facecolor='0.93', edgecolor='0.5', lw=0.6, linestyle='-')
+        for margin, point in POINTS.items():
+            label, color = MARGINS[margin]
+            places = [getattr(run.balances[n], point) for n in known]
+            ahead, left = seen(np.array(places), inclination[known]).T
+            axis.plot(ahead, left, color=color, linestyle='-', linewidth=0.8, label=label)
+        axis.set(xlabel='way down the slope (m)', ylabel='left (m)', aspect='equal')
+        axis.set_ylim(*np.clip(axis.get_ylim(), -WIDEST, WIDEST))
+    legend_above(axes[0])
+    return figure
+
+
+def seen(points: Array, inclination: Array) -> Array:
+    """Return places along the slope and to the left, m, (N, 2), of points in odom, (N, 3)."""
+    along = points[:, 0] * np.cos(inclination) - points[:, 2] * np.sin(inclination)
+    return np.column_stack([along, points[:, 1]])
+
+
+def _footprints(run: RunContents, known: list[int]) -> list[Array]:
+    """Return the loaded soles at the start, in the middle of each swing, and at the end."""
+    assert run.series is not None
+    known = [n for n in known if (each := run.balances[n]) is not None and len(each.support)]
+    if not known:  # in the air throughout
+        return []
+    time = run.series.time[known]
+    planned = swings(run.parameters.table(GaitParameters)) if run.scenario else {}
+    middles = [(start + end) / 2.0 for each in planned.values() for start, end in each]
+    times = [time[0], *sorted(at for at in middles if at < time[-1]), time[-1]]
+    found = []
+    for at in times:
+        number = known[min(int(np.searchsorted(time, at)), len(known) - 1)]
+        balance = run.balances[number]
+        assert isinstance(balance, Balance)
+        phi = np.full(len(balance.support), run.series.inclination[number])
+        found.append(seen(balance.support, phi))
+    return found

@@ -21,15 +21,13 @@ from khr_bringup.scenario.derived import derived, swings
 from khr_common import specifications
 from khr_common.errors import KhrError, one_line
 from khr_common.signals import broken
+from khr_report.output import csv_text
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
-from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
-from khr_report.run.from_above import from_above
-from khr_report.run.overview import note, over_time
+from khr_report.run.overview import CHANGED, from_above, note, over_time
 from khr_report.run.recording_page import picture, report_recording
 from khr_report.run.spectra import draw_spectra, spectrogram, third_cycle
-from khr_report.run.timing import CHANGED, Timing
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
@@ -143,7 +141,7 @@ def _signals(found: Found) -> Markup:
         alike = all(swings(each) == swings(gaits[0]) for each in gaits)
         events = [event for _, run, _ in runs for event in run.events]
         signals = {name: series for name, _, series in runs}
-        figure, titles = over_time(signals, shown, Timing(gaits[0] if alike else None, events))
+        figure, titles = over_time(signals, shown, gaits[0] if alike else None, events)
         above = from_above(found)
     body = picture('; '.join(titles), figure)
     if above is not None:

@@ -13,8 +13,8 @@ from khr_analysis.peaks import Array
 from khr_analysis.recorded_spectrum import RecordedSpectrum, recorded_spectrum
 from khr_bringup.recorded.channel import Channel, read_channel, topics_in
 from khr_common.errors import KhrError
+from khr_report.output import csv_text
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
-from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import panels, save, styled
 
 RESOLUTION = 150  # dots per inch

@@ -12,7 +12,7 @@ from khr_common import specifications
 from khr_common.files import write_text
 from khr_common.markdown import table, table_of
 from khr_common.parameters import Specification
-from khr_report.page.template import page_text
+from khr_report.page.document import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration import ensemble
 from khr_studies.calibration.ensemble import LEAST, constant_spreads, gains, missed_rows

@@ -25,8 +25,7 @@ from khr_common.block import NodeSpec
 from khr_common.files import write_text
 from khr_common.interfaces import JOINTS, Topic
 from khr_common.parameters import Specification
-from khr_report.page.document import Columns, Passage, table
-from khr_report.page.template import page_text
+from khr_report.page.document import Columns, Passage, page_text, table
 from khr_studies.calibration.page import page as calibration_markdown
 from khr_studies.calibration.study import Calibration
 from khr_studies.measuring.json_file import read_json

@@ -10,8 +10,7 @@ import pandas as pd
 
 from khr_bringup.code_version import library_versions
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, table
-from khr_report.page.template import page_text
+from khr_report.page.document import Columns, Table, page_text, table
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.engines.study import (
     ENGINES,

@@ -8,8 +8,7 @@ import pandas as pd
 
 from khr_analysis.referee import BLUE, RED, ROBOTS
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, table
-from khr_report.page.template import page_text
+from khr_report.page.document import Columns, Table, page_text, table
 from khr_report.plots.plot_style import save
 from khr_studies.fights import study
 from khr_studies.fights.figure import winners_figure

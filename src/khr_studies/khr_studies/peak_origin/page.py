@@ -9,8 +9,16 @@ import numpy as np
 
 from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
-from khr_report.page.document import Block, Bullets, Columns, Table, markdown, rate, table
-from khr_report.page.template import page_text
+from khr_report.page.document import (
+    Block,
+    Bullets,
+    Columns,
+    Table,
+    markdown,
+    page_text,
+    rate,
+    table,
+)
 from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin import origin
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST

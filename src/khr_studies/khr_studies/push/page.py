@@ -14,7 +14,7 @@ import pandas as pd
 from khr_common import markdown
 from khr_common.files import write_text
 from khr_common.markdown import WrittenPart
-from khr_report.page.template import page_text
+from khr_report.page.document import page_text
 from khr_sim.parameters import SimulatorParameters
 from khr_studies.push import study
 from khr_studies.push.limits import (

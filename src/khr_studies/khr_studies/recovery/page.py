@@ -8,8 +8,7 @@ from typing import Any
 import pandas as pd
 
 from khr_common.files import write_text
-from khr_report.page.document import Bullets, Columns, Verdict, table
-from khr_report.page.template import page_text
+from khr_report.page.document import Bullets, Columns, Verdict, page_text, table
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
 from khr_studies.push.study import SOURCES

@@ -8,8 +8,17 @@ from statistics import median
 
 import pandas as pd
 
-from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
-from khr_report.page.text import duration
+from khr_report.page.document import (
+    Block,
+    Columns,
+    Passage,
+    Table,
+    duration,
+    markdown,
+    number,
+    rate,
+    table,
+)
 from khr_studies.measuring.run_table import Records
 from khr_studies.peak_origin.study import LISTED, NUMBER
 from khr_studies.reproduction.findings import Findings

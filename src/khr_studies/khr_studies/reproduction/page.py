@@ -9,9 +9,8 @@ from typing import Any
 from markupsafe import Markup
 
 from khr_common.files import write_text
-from khr_report.page.document import html
+from khr_report.page.document import count, duration, html
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
-from khr_report.page.text import count, duration
 from khr_studies.measuring.experiments import Runs, group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.peak_origin import page as peak_origin_page

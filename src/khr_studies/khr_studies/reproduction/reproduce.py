@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from khr_bringup.code_version import code_version, versions_of_run
-from khr_report.folders import make_folder
+from khr_report.output import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.bench import Bench

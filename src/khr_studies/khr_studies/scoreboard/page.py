@@ -18,10 +18,10 @@ from khr_report.page.document import (
     markdown,
     number,
     numbers,
+    page_text,
     rate,
     table,
 )
-from khr_report.page.template import page_text
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.critical import RAGGED, VIBRATES

@@ -9,8 +9,7 @@ from typing import Any
 import pandas as pd
 
 from khr_common.files import write_text, written
-from khr_report.folders import make_folder
-from khr_report.page.text import csv_text
+from khr_report.output import csv_text, make_folder
 from khr_report.plots.plot_style import save, styled
 from khr_studies.measuring.run_table import wilson
 from khr_studies.stability_map.figure import figure

@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_report.folders import make_folder
+from khr_report.output import make_folder
 from khr_report.page.document import Columns, markdown, number, rate, table
 from khr_studies.measuring.run_table import run_table, tally, write_table
 from khr_studies.stability_map.study import GAINS, INCLINATION, judged

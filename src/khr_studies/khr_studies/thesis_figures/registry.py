@@ -19,10 +19,17 @@ from khr_bringup.scenario.robots import constants_of, label_of
 from khr_common.checks import one_of
 from khr_common.errors import KhrError, quoted
 from khr_common.files import written
-from khr_report.folders import make_folder
-from khr_report.plots.paper import PICTURES, VECTOR, remove_heading, set_columns
-from khr_report.plots.plot_style import head, save, styled
-from khr_report.plots.points import write_points
+from khr_report.output import make_folder
+from khr_report.plots.plot_style import (
+    PICTURES,
+    VECTOR,
+    head,
+    remove_heading,
+    save,
+    set_columns,
+    styled,
+    write_points,
+)
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs

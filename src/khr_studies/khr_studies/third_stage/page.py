@@ -10,8 +10,7 @@ import numpy as np
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, number, table
-from khr_report.page.template import page_text
+from khr_report.page.document import Columns, Table, number, page_text, table
 from khr_report.plots.plot_style import save
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.run_table import write_table

@@ -11,9 +11,7 @@ import pandas as pd
 
 from khr_common import RunError
 from khr_common.files import write_text
-from khr_report.page.document import Columns, table
-from khr_report.page.template import page_text
-from khr_report.page.text import count
+from khr_report.page.document import Columns, count, page_text, table
 from khr_report.plots.plot_style import save
 from khr_studies.tuning.figure import front_picture, values_text
 from khr_studies.tuning.study import ORDERS, Tuning

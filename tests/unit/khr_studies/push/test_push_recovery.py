@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from khr_common import KhrError
-from khr_report.folders import make_folder
+from khr_report.output import make_folder
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters

@@ -12,8 +12,7 @@ from khr.cli.verbs import thesis
 from khr_bringup.scenario.robots import constants_of
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
-from khr_report.plots.plot_style import styled, typeset
-from khr_report.plots.points import write_points
+from khr_report.plots.plot_style import styled, typeset, write_points
 from khr_studies.thesis_figures import amplitude_figure, registry
 from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
 from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops

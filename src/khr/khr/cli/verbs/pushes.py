@@ -83,7 +83,7 @@ def push(
         else:
             _push_with_recovery(out or Path('docs'), seeds, workers, measured)
         return
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
     from khr_sweeps.pool import local_pool
@@ -104,7 +104,7 @@ def push(
 
 
 def _push_with_recovery(out: Path, seeds: int, workers: int | None, measured: bool) -> None:
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.measuring.run_table import read_table
     from khr_studies.recovery import page, study
 

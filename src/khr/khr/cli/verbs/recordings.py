@@ -98,7 +98,7 @@ def report(
     namespace: NamespaceOption = '',
 ) -> None:
     """Write a page about a run, one that compares two, or one about any recording."""
-    from khr_report.plots.paper import PICTURES
+    from khr_report.plots.plot_style import PICTURES
     from khr_report.run.overview import draw_run
     from khr_report.run.page import report as write
 

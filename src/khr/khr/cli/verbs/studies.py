@@ -40,7 +40,7 @@ def fights(
     ] = False,
 ) -> None:
     """Fight many bouts of two robots: who wins, over gains, stance and recovery step."""
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.fights import page, study
     from khr_studies.measuring.run_table import read_table
 
@@ -103,7 +103,7 @@ def calibrate(
     unauthenticated: UnauthenticatedOption = False,
 ) -> None:
     """Search the free constants for the best agreement with all rows of the thesis."""
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import ensemble_members
     from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
@@ -131,7 +131,7 @@ def engines(
     ] = None,
 ) -> None:
     """Run every scenario and limit on both physics engines, and list the differences."""
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.engines import page, study
 
     make_folder(out.parent)
@@ -151,7 +151,7 @@ def stage3(
     ] = False,
 ) -> None:
     """Explain the third stage of standing: how far the hip's damping raises the limit."""
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.third_stage import page
     from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane

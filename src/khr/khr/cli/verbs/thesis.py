@@ -54,7 +54,7 @@ def figure(
     robot: RobotOption = '',
 ) -> None:
     """Draw figures of the thesis from its models, or from experiments, which are run first."""
-    from khr_report.plots.paper import PICTURES
+    from khr_report.plots.plot_style import PICTURES
     from khr_studies.thesis_figures import registry
 
     asked = registry.expand_numbers(numbers)
@@ -130,7 +130,7 @@ def lines(
     """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recording."""
     from khr_bringup.recorded.storage import is_recording
     from khr_common.files import write_text
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.peak_origin import page, recorded, study
 
     if out:
@@ -165,7 +165,7 @@ def scoreboard(
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Measure every published value of the thesis on the simulated robot; write the scoreboard."""
-    from khr_report.folders import make_folder
+    from khr_report.output import make_folder
     from khr_studies.scoreboard import page, study
 
     make_folder(out.parent)

@@ -1,19 +1,34 @@
-"""The overview of a run: one time axis, rates in deg/s, and no panel that shows nothing."""
+"""The plots of a run: one time axis, rates in deg/s, and no panel that shows nothing."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Outline
 
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.balance import BalanceSeries
+from khr_bringup.balance import BalanceSeries, balances_of
 from khr_bringup.recorded.events import Event
+from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
+from khr_description.robot import Robot
 from khr_report.plots.plot_style import panels, styled
-from khr_report.run.overview import BALANCE, ESTIMATE, SPECTRUM, note, over_time, overview
+from khr_report.run.contents import RunContents
+from khr_report.run.overview import (
+    BALANCE,
+    ESTIMATE,
+    SPECTRUM,
+    from_above,
+    note,
+    over_time,
+    overview,
+    seen,
+)
+from khr_report.run.recording_page import MOST_POINTS, _envelope
 from khr_report.run.spectra import RANGE_DB, draw_spectra, spectrogram, third_cycle
-from khr_report.run.timing import Timing
+from khr_sim.run_parameters import RunParameters
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
 
@@ -113,7 +128,7 @@ def test_changes_falls_and_swings_are_marked_on_every_panel_over_time(series):
     events = [Event(2.0, 'ankle_controller.gain = 40'), Event(7.0, 'fell')]
     with styled():
         figure = overview(series, SCENARIO, events)
-        page, _ = over_time({'': series}, {}, Timing(SCENARIO.table(GaitParameters), events))
+        page, _ = over_time({'': series}, {}, SCENARIO.table(GaitParameters), events)
     for panels_over_time in (figure.axes[:-1], page.axes):
         for axis in panels_over_time:
             marks = [line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == ':']
@@ -174,3 +189,48 @@ def test_no_line_crosses_a_gap(series):
     (line, *_) = figure.axes[0].lines
     (place,) = np.flatnonzero(np.isnan(line.get_ydata()))
     assert line.get_xdata()[place] == pytest.approx(4.0, abs=0.02)
+
+
+@pytest.fixture(scope='module')
+def run():
+    scenario = load_scenario('walk_8.88deg_ka12').changed({('simulator', 'duration'): 0.6})
+    _, series = run_with_series(scenario)
+    balances = balances_of(series, Robot.load(), scenario.table(RunParameters))
+    return RunContents('one', Path(), scenario, series=series, balances=balances)
+
+
+def test_the_points_of_a_standing_robot_lie_on_its_soles(run):
+    lost = replace(run, balances=[None, *run.balances[1:]])
+    with styled():
+        figure = from_above({'A': run, 'B': lost})
+        check_whole(figure)
+    assert [axis.get_title(loc='left') for axis in figure.axes] == ['A', 'B']
+    for axis in figure.axes:
+        names = {line.get_label(): line.get_xydata() for line in axis.lines}
+        assert set(names) == {'centre of mass', 'capture point', 'centre of pressure'}
+        assert len(axis.patches) == 2  # at the start and at the end
+        soles = Outline(axis.patches[-1].get_xy())
+        assert all(soles.contains_points(points[10:]).all() for points in names.values())
+
+
+def test_a_way_down_the_slope_is_seen_in_its_length():
+    down = np.array([[np.cos(0.2), 0.03, -np.sin(0.2)]])
+    assert seen(down, np.array([0.2])) == pytest.approx(np.array([[1.0, 0.03]]))
+
+
+def test_without_poses_there_is_no_view_from_above(run):
+    assert from_above({'': replace(run, balances=())}) is None
+
+
+@pytest.mark.parametrize('size', [100, MOST_POINTS, MOST_POINTS + 1, 720_000])
+@pytest.mark.parametrize('frequency', [0.01, 2.788, 33.3])
+def test_a_long_signal_keeps_its_height_where_it_is_drawn(size, frequency):
+    """Every 36th sample of 2.788 Hz at 100 Hz would look like a wave of 0.01 Hz."""
+    times = np.arange(size) / 100.0
+    values = np.sin(2.0 * np.pi * frequency * times)
+    shown_times, shown = _envelope(times, values)
+    assert len(shown) == len(shown_times) <= MOST_POINTS
+    for part in np.array_split(np.arange(len(shown)), 10):
+        inside = (times >= shown_times[part[0]]) & (times <= shown_times[part[-1]])
+        assert shown[part].max() == pytest.approx(values[inside].max(), abs=0.15)
+        assert shown[part].min() == pytest.approx(values[inside].min(), abs=0.15)
