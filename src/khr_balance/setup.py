@@ -17,11 +17,11 @@ setup(
     ],
     entry_points={
         'khr.nodes': [
-            'gait = khr_balance.node_specs:GAIT',
-            'stage = khr_balance.node_specs:STAGE',
-            'ankle_controller = khr_balance.ankle:ANKLE_CONTROLLER',
-            'hip_controller = khr_balance.hip:HIP_CONTROLLER',
-            'roll_controller = khr_balance.roll:ROLL_CONTROLLER',
+            'gait = khr_balance.gaits.gait:GAIT',
+            'stage = khr_balance.stage:STAGE_NODE',
+            'ankle_controller = khr_balance.controllers:ANKLE_CONTROLLER',
+            'hip_controller = khr_balance.controllers:HIP_CONTROLLER',
+            'roll_controller = khr_balance.controllers:ROLL_CONTROLLER',
             'recovery = khr_balance.recovery.recovery:RECOVERY',
         ]
     },

@@ -4,7 +4,7 @@ from math import radians
 
 import numpy as np
 
-from khr_balance.joints import INDEX
+from khr_common.interfaces import JOINT_INDEX
 from khr_description.robot import JOINTS
 
 STRAIGHT = [0.0] * len(JOINTS)
@@ -24,5 +24,5 @@ def mirrored(angles):
     for index, name in enumerate(JOINTS):
         twin = {'l': 'r', 'r': 'l'}.get(name[0]) if name[1] == '_' else None
         sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
-        result[INDEX[f'{twin}{name[1:]}' if twin else name]] = sign * angles[index]
+        result[JOINT_INDEX[f'{twin}{name[1:]}' if twin else name]] = sign * angles[index]
     return result

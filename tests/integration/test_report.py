@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from khr_analysis.outcome_values import shown
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters
 from khr_bringup.code_version import code_version, library_versions
 from khr_bringup.recorded.bags import read_messages, read_what_is_left
 from khr_bringup.recorded.recorded_run import RecordedRun

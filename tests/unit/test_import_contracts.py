@@ -24,8 +24,8 @@ WRONG = {
     ),
     'What draws does not render': ('khr_studies.tuning.figure', 'import khr_studies.tuning.page'),
     'What draws neither runs nor reads runs': ('khr_studies.tuning.figure', 'import khr_sweeps'),
-    'Cores do without ROS': ('khr_balance.ankle', 'import sensor_msgs.msg'),
-    'Cores do not import nodes': ('khr_balance.hip', 'import khr_balance.nodes.stage'),
+    'Cores do without ROS': ('khr_balance.controllers', 'import sensor_msgs.msg'),
+    'Cores do not import nodes': ('khr_balance.controllers', 'import khr_balance.nodes.stage'),
     'No import circles': ('khr_models.pendulum', 'import khr_models.standing.push'),
 }
 

@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from khr_balance.feedback import finite_forces
-from khr_balance.gaits.body import forward
-from khr_balance.joints import JOINTS, SIDES
+from khr_balance.gaits.kinematics import forward
 from khr_common import ParameterError, parameter, sample_period
+from khr_common.block import CoreBlock, NodeSpec, Numbers, Signals
 from khr_common.errors import KhrError
+from khr_common.interfaces import FOOT_FORCES, JOINT_STATES, JOINTS, SIDES, STAGE, STAGE_CHANGES
 from khr_common.rotation import applied
 from khr_common.signals import LowPass
 
@@ -205,3 +206,29 @@ def read_inclination(
 
 def _wanted(number: int) -> tuple[float, float]:
     return float(number >= 2), float(number >= 3)
+
+
+class StageBlock(CoreBlock[StageParameters, StagePolicy]):
+    """Answer each sample of foot forces and joint angles with the stage."""
+
+    subscribes = (*FOOT_FORCES, JOINT_STATES)
+    publishes = (STAGE,)
+
+    def __init__(self, parameters: StageParameters) -> None:
+        super().__init__(parameters, StagePolicy(parameters))
+
+    def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
+        """Return the stage, the inclination in rad, and the active shares of ankle and hip."""
+        forces = [signals[topic][2] for topic in FOOT_FORCES]
+        return (tuple(map(float, self.core.update(forces, signals[JOINT_STATES]))),)
+
+
+STAGE_NODE = NodeSpec(
+    'stage',
+    'khr_balance',
+    StageParameters,
+    StageBlock,
+    publishes=(STAGE, STAGE_CHANGES),
+    node='khr_balance.nodes.stage:StageNode',
+    joins=lambda parameters: parameters.mode != 'none',
+)

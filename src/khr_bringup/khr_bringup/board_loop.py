@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from khr_balance.ankle import ANKLE_CONTROLLER, AnkleControllerParameters
-from khr_balance.board_units import rate_gain
-from khr_balance.feedback import BalanceParameters
-from khr_balance.hip import HIP_CONTROLLER
+from khr_balance.controllers import ANKLE_CONTROLLER, HIP_CONTROLLER, AnkleControllerParameters
+from khr_balance.feedback import BalanceParameters, rate_gain
 from khr_bringup.node_registry import controllers, node_of, table_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import build

@@ -14,11 +14,14 @@ from typing import Literal
 SIDES = ('l', 'r')
 ARM = ('shoulder_pitch', 'shoulder_roll', 'elbow_pitch')
 LEG = ('hip_roll', 'hip_pitch', 'knee', 'ankle_pitch', 'ankle_roll')
+# Pitch axes are +y and roll axes +x on both sides; in the zero pose the legs are straight, the
+# soles flat and the arms down.
 JOINTS: tuple[str, ...] = (  # their order in every vector
     'head_yaw',
     *(f'{side}_{joint}' for side in SIDES for joint in ARM),
     *(f'{side}_{joint}' for side in SIDES for joint in LEG),
 )
+JOINT_INDEX = {name: index for index, name in enumerate(JOINTS)}
 
 HARDWARE = 'khr3hv'  # the robot's name in diagnostics
 WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
@@ -71,6 +74,11 @@ class Topic:
         if not robot:
             return self
         return replace(self, name=full_name(robot, self.name), frame=frame_of(robot, self.frame))
+
+
+def other_side(side: str) -> str:
+    """Return 'l' for 'r', and 'r' for 'l'."""
+    return 'r' if side == 'l' else 'l'
 
 
 def full_name(robot: str, name: str) -> str:

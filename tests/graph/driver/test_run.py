@@ -7,7 +7,7 @@ from math import tau
 import numpy as np
 import pytest
 
-from khr_balance.ankle import ANKLE_CONTROLLER
+from khr_balance.controllers import ANKLE_CONTROLLER
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.scenario.driver import driver_of
 from khr_bringup.scenario.scenario import load_scenario

@@ -9,15 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.ankle import AnkleController, AnkleControllerParameters
-from khr_balance.gaits.body import forward
+from khr_balance.controllers import (
+    AnkleController,
+    AnkleControllerParameters,
+    HipController,
+    HipControllerParameters,
+)
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipController, HipControllerParameters
-from khr_balance.joints import INDEX
+from khr_balance.gaits.kinematics import forward
 from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination
 from khr_common import ParameterError
 from khr_common.errors import KhrError
+from khr_common.interfaces import JOINT_INDEX
 from tests.support.signals import corrected
 
 WEIGHT = 1.5 * 9.80665
@@ -43,7 +47,7 @@ def leant(angle):
     """Give the stance with both ankles turned by ``angle``: the whole body leans back by it."""
     posture = list(STANCE)
     for side in 'lr':
-        posture[INDEX[f'{side}_ankle_pitch']] += angle
+        posture[JOINT_INDEX[f'{side}_ankle_pitch']] += angle
     return posture
 
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from khr_balance.errors import GaitError
+from khr_balance.gaits.kinematics import GaitError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 

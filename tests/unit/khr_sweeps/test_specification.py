@@ -9,8 +9,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import CONFIG

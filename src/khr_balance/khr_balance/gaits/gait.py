@@ -13,14 +13,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from khr_balance import joints
-from khr_balance.errors import GaitError, UnreachableError
-from khr_balance.gaits.body import ROBOT, Array, forward
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import plan_motion
-from khr_balance.gaits.kinematics import leg_angles
+from khr_balance.gaits.kinematics import (
+    ROBOT,
+    Array,
+    GaitError,
+    UnreachableError,
+    forward,
+    leg_angles,
+)
 from khr_balance.gaits.plan import JointPlan, Plan
 from khr_balance.gaits.splines import ClampedSpline
+from khr_common.block import Block, NodeSpec, Numbers, Signals
+from khr_common.interfaces import CLOCK, JOINT_INDEX, JOINT_REFERENCE, JOINTS, SIDES
 from khr_common.published import NO_LOAD_SPEED
 
 __all__ = ['Gait', 'GaitParameters', 'gait_of']
@@ -103,6 +109,37 @@ def gait_of(parameters: GaitParameters) -> Gait:
     return Gait(parameters)
 
 
+class GaitBlock(Block[GaitParameters]):
+    """Answer each clock message with the joint reference.
+
+    The block subscribes to the clock instead of using a timer: a timer may skip a timestamp, but
+    lockstep needs an answer to each.
+    """
+
+    subscribes = (CLOCK,)
+    publishes = (JOINT_REFERENCE,)
+
+    def __init__(self, parameters: GaitParameters) -> None:
+        super().__init__(parameters)
+        self.gait = gait_of(parameters)
+
+    def check(self, parameters: GaitParameters) -> None:
+        """Plan the motion before the parameters are accepted; raises GaitError."""
+        gait_of(parameters)
+
+    def configure(self, parameters: GaitParameters) -> None:
+        """Plan the motion again with changed parameters."""
+        super().configure(parameters)
+        self.gait = gait_of(parameters)
+
+    def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
+        """Return the 17 joint angles, rad."""
+        return (self.gait.reference(time),)
+
+
+GAIT = NodeSpec('gait', 'khr_balance', GaitParameters, GaitBlock)
+
+
 def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> Array:
     """Return the (N, 17) angles of a plan."""
     if isinstance(plan, Plan):
@@ -111,7 +148,7 @@ def _angles(parameters: GaitParameters, plan: Plan | JointPlan, time: Array) -> 
     standing = replace(parameters, motion='stand', end_pause=1.0)
     angles = np.tile(gait_of(standing).reference(0.0), (len(time), 1))
     for joint, path in plan.angles.items():
-        angles[:, joints.INDEX[joint]] = path(time)
+        angles[:, JOINT_INDEX[joint]] = path(time)
     return angles
 
 
@@ -133,8 +170,8 @@ def solve(posture: Sequence[float] | Array, plan: Plan, time: Array, height: Arr
     torso = np.column_stack([centre, height])
     angles = np.tile(posture, (len(time), 1))
     for _ in range(_ITERATIONS):
-        for side in joints.SIDES:
-            first = joints.INDEX[f'{side}_hip_roll']
+        for side in SIDES:
+            first = JOINT_INDEX[f'{side}_hip_roll']
             sole = plan.sole[side]
             try:
                 angles[:, first : first + 5] = leg_angles(
@@ -161,11 +198,11 @@ def _to_torso(attitude: Array, vector: Array) -> Array:
 
 
 def _arms(parameters: GaitParameters) -> Array:
-    angles = np.zeros(len(joints.JOINTS))
+    angles = np.zeros(len(JOINTS))
     for side, outward in (('l', 1.0), ('r', -1.0)):
-        angles[joints.INDEX[f'{side}_shoulder_pitch']] = parameters.shoulder_pitch
-        angles[joints.INDEX[f'{side}_shoulder_roll']] = outward * parameters.shoulder_roll
-        angles[joints.INDEX[f'{side}_elbow_pitch']] = parameters.elbow_pitch
+        angles[JOINT_INDEX[f'{side}_shoulder_pitch']] = parameters.shoulder_pitch
+        angles[JOINT_INDEX[f'{side}_shoulder_roll']] = outward * parameters.shoulder_roll
+        angles[JOINT_INDEX[f'{side}_elbow_pitch']] = parameters.elbow_pitch
     return angles
 
 
@@ -185,7 +222,7 @@ def _check_ranges(plan: Plan | JointPlan, time: Array, angles: Array) -> None:
     step, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[step, joint] > 0.0:
         raise GaitError(
-            f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad {_at(plan, time[step])} is not '
+            f'{JOINTS[joint]}: {angles[step, joint]:.3f} rad {_at(plan, time[step])} is not '
             f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad'
         )
 
@@ -194,6 +231,6 @@ def _check_speeds(plan: Plan | JointPlan, time: Array, speeds: Array) -> None:
     step, joint = np.unravel_index(int(np.argmax(np.abs(speeds))), speeds.shape)
     if abs(speeds[step, joint]) > NO_LOAD_SPEED:
         raise GaitError(
-            f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s {_at(plan, time[step])} is '
+            f'{JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s {_at(plan, time[step])} is '
             f'not accepted; accepted: up to {NO_LOAD_SPEED} rad/s, the speed of its servo'
         )

@@ -11,7 +11,7 @@ from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.plan import JointPlan, Plan, Sole
 from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, RestingPath
-from khr_balance.joints import other_side
+from khr_common.interfaces import other_side
 
 
 class Key(NamedTuple):

@@ -14,10 +14,9 @@ from typing import Any
 
 import yaml
 
-from khr_balance.errors import GaitError
-from khr_balance.gaits.body import ROBOT
-from khr_balance.joints import JOINTS
+from khr_balance.gaits.kinematics import ROBOT, GaitError
 from khr_common.errors import named, quoted
+from khr_common.interfaces import JOINTS
 from khr_common.strict_yaml import read_yaml
 
 COM = ('com_x', 'com_y')

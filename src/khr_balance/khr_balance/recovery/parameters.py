@@ -8,6 +8,7 @@ from typing import Any
 from khr_common import parameter, sample_period
 
 FORWARD, BACKWARD = 0, 1  # indices of the pairs below
+SIGNS = (1.0, -1.0)  # of both directions
 
 
 def _pair(description: str, forward: float, backward: float, accepted: str) -> Any:
@@ -171,42 +172,3 @@ class RecoveryParameters:
         '[0.02, 60] s',
     )
     control_period: float = sample_period()
-
-
-@dataclass(frozen=True)
-class StepShape:
-    """The step in one direction; meanings and units as of :class:`RecoveryParameters`.
-
-    Attributes:
-        sign: 1 forward, -1 backward.
-    """
-
-    sign: float
-    threshold: float
-    rate_threshold_deg: float
-    tipping_threshold: float
-    tipping_rate_deg: float
-    slow_rate_deg: float
-    moving_threshold: float
-    moving_rate_deg: float
-    undamped_rate_deg: float
-    step_length: float
-    swing_time: float
-    clearance: float
-    landing_height: float
-    bow: float
-    ankle_push: float
-    tipping_ankle_push: float
-    ankle_roll: float
-    settle_time: float
-    split_shift: float
-    split_drop: float
-
-    @classmethod
-    def of(cls, parameters: RecoveryParameters, direction: int) -> StepShape:
-        """Return the shape for FORWARD or BACKWARD."""
-        names = [name for name in cls.__dataclass_fields__ if name != 'sign']
-        return cls(
-            1.0 if direction == FORWARD else -1.0,
-            *(getattr(parameters, name)[direction] for name in names),
-        )

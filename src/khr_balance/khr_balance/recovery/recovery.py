@@ -8,30 +8,30 @@ from math import radians
 
 import numpy as np
 
-from khr_balance.gaits.body import Array
-from khr_balance.joints import INDEX, SIDES, other_side
-from khr_balance.recovery.closing import closing_angles
+from khr_balance.gaits.kinematics import Array
 from khr_balance.recovery.estimator import CaptureEstimator, Estimate
-from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters, StepShape
+from khr_balance.recovery.parameters import BACKWARD, FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
-from khr_balance.recovery.step import Phase, Step, blended, minimum_jerk
+from khr_balance.recovery.step import Phase, Step, blended, closing_angles, minimum_jerk
 from khr_common.block import Block, NodeSpec, Numbers, Signals
 from khr_common.interfaces import (
     ANKLE_CORRECTION,
     FOOT_FORCES,
     GYRO,
     HIP_CORRECTION,
+    JOINT_INDEX,
     JOINT_REFERENCE,
     RECOVERY_CORRECTION,
     RECOVERY_STATE,
+    SIDES,
+    other_side,
 )
 from khr_common.published import NO_LOAD_SPEED
 
-LEGS = tuple(INDEX[name] for name in RECOVERY_CORRECTION.names)
+LEGS = tuple(JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
 SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
-# by direction and foot: the shape, and the angles of the closing
-Steps = dict[tuple[int, str], tuple[StepShape, Array]]
+Closings = dict[tuple[int, str], Array]  # their angles by direction and foot
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
 
@@ -52,7 +52,7 @@ class Recovery(Block[RecoveryParameters]):
         self._estimator = CaptureEstimator(parameters)
         self._stance: Stance | None = None
         self._here: Stance | None = None  # of the last sample of a motion
-        self._steps: Steps = {}
+        self._closings: Closings = {}
         self._step: Step | None = None
         self._phase = Phase.WAITING
         self._target: Sequence[float] = ()  # 17 angles, rad
@@ -64,14 +64,14 @@ class Recovery(Block[RecoveryParameters]):
     def check(self, parameters: RecoveryParameters) -> None:
         """Plan the steps before the parameters are accepted; raises GaitError."""
         if self._stance is not None:
-            _plan(self._stance, parameters)
+            _closings(self._stance, parameters)
 
     def configure(self, parameters: RecoveryParameters) -> None:
         """Use changed parameters from the next sample on; a step goes on as it began."""
         super().configure(parameters)
         self._estimator.configure(parameters)
         if self._stance is not None:
-            self._steps = _plan(self._stance, parameters)
+            self._closings = _closings(self._stance, parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Return the correction of both legs, rad, and the numbers of the state.
@@ -84,7 +84,7 @@ class Recovery(Block[RecoveryParameters]):
         forces = [signals[topic][2] for topic in FOOT_FORCES]
         if self._stance is None:
             self._stance = Stance(reference)
-            self._steps = _plan(self._stance, own)
+            self._closings = _closings(self._stance, own)
         stance = self._stance
         moving = any(
             abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
@@ -129,20 +129,18 @@ class Recovery(Block[RecoveryParameters]):
         """
         own = self.parameters
         for direction in (FORWARD, BACKWARD):
-            shape = self._steps[direction, own.foot[0]][0]
-            beyond, rate = shape.sign * estimate.capture_point, shape.sign * estimate.rate
-            fast = rate > radians(shape.rate_threshold_deg)
+            beyond = SIGNS[direction] * estimate.capture_point
+            rate = SIGNS[direction] * estimate.rate
+            fast = rate > radians(own.rate_threshold_deg[direction])
             fastest = max(self._fastest[direction], rate) if rate > 0.0 else 0.0
             self._fastest[direction] = fastest
-            slow = rate > radians(shape.tipping_rate_deg) and fastest < radians(
-                shape.slow_rate_deg
-            )
-            if fast and beyond > shape.threshold:
-                self._begin(direction, own.foot[0], stance, estimate)
-            elif slow and beyond > shape.tipping_threshold:
-                self._begin(
-                    direction, own.foot[0], stance, estimate, ankle_push=shape.tipping_ankle_push
-                )
+            slow = rate > radians(own.tipping_rate_deg[direction])
+            slow = slow and fastest < radians(own.slow_rate_deg[direction])
+            if fast and beyond > own.threshold[direction]:
+                self._begin(direction, own.foot[0], stance, estimate, own)
+            elif slow and beyond > own.tipping_threshold[direction]:
+                tipping = replace(own, ankle_push=own.tipping_ankle_push)
+                self._begin(direction, own.foot[0], stance, estimate, tipping)
 
     def _decide_in_motion(self, here: Stance, estimate: Estimate, damped: bool) -> None:
         """Begin a step if the capture point is beyond the support of a motion, and the rate high.
@@ -155,8 +153,8 @@ class Recovery(Block[RecoveryParameters]):
         own = self.parameters
         before, self._here = self._here or here, here
         for direction in (FORWARD, BACKWARD):
-            shape = self._steps[direction, own.foot[0]][0]
-            foot = here.free_foot(shape.sign)
+            sign = SIGNS[direction]
+            foot = here.free_foot(sign)
             other = other_side(foot)
             com = float(here.com[0])
             ahead = com - float(here.soles[other][0])
@@ -165,28 +163,30 @@ class Recovery(Block[RecoveryParameters]):
                 com + moved / (own.control_period * own.growth_rate) + estimate.capture_point
             )
             edge = here.toe if direction == FORWARD else -here.heel
-            beyond, rate = shape.sign * capture_point - edge, shape.sign * estimate.rate
-            threshold = shape.moving_rate_deg if damped else shape.undamped_rate_deg
-            if beyond > shape.moving_threshold and rate > radians(threshold):
+            beyond, rate = sign * capture_point - edge, sign * estimate.rate
+            rates = own.moving_rate_deg if damped else own.undamped_rate_deg
+            if beyond > own.moving_threshold[direction] and rate > radians(rates[direction]):
                 # The body is over the standing foot already.
-                self._begin(direction, foot, here, estimate, ankle_roll=0.0)
+                upright = replace(own, ankle_roll=(0.0, 0.0))
+                self._begin(direction, foot, here, estimate, upright)
 
     def _begin(
-        self, direction: int, foot: str, stance: Stance, estimate: Estimate, **changes: float
+        self,
+        direction: int,
+        foot: str,
+        stance: Stance,
+        estimate: Estimate,
+        own: RecoveryParameters,
     ) -> None:
         assert self._stance is not None
-        own = self.parameters
-        planned, closing = self._steps[direction, foot]
-        shape = replace(planned, **changes)
-        way = np.array([shape.sign * shape.step_length, 0.0, 0.0])
+        way = np.array([SIGNS[direction] * own.step_length[direction], 0.0, 0.0])
         if stance is not self._stance:
             other = other_side(foot)
             abreast = stance.soles[other] + self._stance.soles[foot] - self._stance.soles[other]
             way += abreast - stance.soles[foot]
         lean = (estimate.com - self._com_at_rest) / own.tipping_height
-        self._step = Step(
-            stance, foot, way, shape, closing, self._target, lean, own.control_period
-        )
+        closing = self._closings[direction, foot]
+        self._step = Step(stance, foot, way, direction, own, closing, self._target, lean)
         self._phase, self._returned, self._here = Phase.SWING, 0.0, None
 
     def _wanted(
@@ -214,12 +214,11 @@ class Recovery(Block[RecoveryParameters]):
         return blended(self._held, standing, share), share
 
 
-def _plan(stance: Stance, parameters: RecoveryParameters) -> Steps:
+def _closings(stance: Stance, parameters: RecoveryParameters) -> Closings:
     """Plan the steps of both feet in both directions; raises GaitError if a leg is too short."""
-    shapes = {each: StepShape.of(parameters, each) for each in (FORWARD, BACKWARD)}
     return {
-        (direction, foot): (shape, closing_angles(stance, foot, shape, parameters))
-        for direction, shape in shapes.items()
+        (direction, foot): closing_angles(stance, foot, direction, parameters)
+        for direction in (FORWARD, BACKWARD)
         for foot in SIDES
     }
 
@@ -229,7 +228,7 @@ def _sum(reference: Sequence[float], signals: Signals) -> list[float]:
     target = list(reference)
     for topic in FADED:
         for name, angle in zip(topic.names, signals[topic], strict=True):
-            target[INDEX[name]] += angle
+            target[JOINT_INDEX[name]] += angle
     return target
 
 

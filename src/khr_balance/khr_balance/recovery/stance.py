@@ -7,8 +7,8 @@ from math import cos, sin
 
 import numpy as np
 
-from khr_balance.gaits.body import HEEL_X, TOE_X, Array, forward
-from khr_balance.joints import SIDES, other_side
+from khr_balance.gaits.kinematics import HEEL_X, TOE_X, Array, forward
+from khr_common.interfaces import SIDES, other_side
 from khr_common.rotation import applied
 
 LIFTED, TILTED = 0.004, 0.03  # m of a sole above the other, rad of a sole against the other

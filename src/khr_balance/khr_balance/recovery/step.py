@@ -1,17 +1,30 @@
-"""The recovery step: swing, split stance and closing, as targets of the joints."""
+"""The recovery step as targets of the joints: swing, split stance, the way back to the stance."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
+from itertools import accumulate
 from math import cos, pi, sin
 
-from khr_balance.errors import UnreachableError
-from khr_balance.gaits.body import HEEL_X, TOE_X, Array
-from khr_balance.gaits.kinematics import leg_angles
-from khr_balance.joints import INDEX, LEG, other_side
-from khr_balance.recovery.parameters import StepShape
+import numpy as np
+
+from khr_balance.gaits.gait import solve
+from khr_balance.gaits.kinematics import HEEL_X, TOE_X, Array, UnreachableError, leg_angles
+from khr_balance.gaits.plan import Plan, Sole
+from khr_balance.gaits.splines import ConstantPath, RestingPath
+from khr_balance.recovery.parameters import FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
+from khr_common.interfaces import JOINT_INDEX, LEG, other_side
+
+PARTS = (0.35, 0.1, 0.15, 0.4)  # of close_time: weight shift, lift, lowering, shift back
+# m, of the centre of mass from the middle of the standing sole: a robot with soft gears sags
+# outward, and with 3 mm it tips over the outer edge
+INBOARD = 0.012
+HEEL_OFF = 0.3  # rad, of a rear foot on its toe; flat, its leg would be too short
+CROUCH = 0.03  # m, of the hips, for the same reason
+LIFT = 0.02  # m
+ROLL = 0.1  # rad, of the torso towards the standing leg
 
 
 class Phase(IntEnum):
@@ -35,11 +48,11 @@ class Step:
         stance: of the reference.
         foot: side of the foot that steps.
         way: (3,) of this foot, from its place in the stance to its place on the ground, m.
-        shape: of the step.
+        direction: FORWARD or BACKWARD.
+        parameters: shape of the step, and period of the targets.
         closing: (N, 17) angles from the split stance to the stance, a row per period, rad.
         target: last target of the joints, rad.
         lean: of the body at the decision, forward positive, rad.
-        period: of the targets, s.
 
     Attributes:
         phase: of the last target.
@@ -50,17 +63,17 @@ class Step:
         stance: Stance,
         foot: str,
         way: Array,
-        shape: StepShape,
+        direction: int,
+        parameters: RecoveryParameters,
         closing: Array,
         target: Sequence[float],
         lean: float,
-        period: float,
     ) -> None:
-        self._stance, self._shape, self._closing = stance, shape, closing
-        self._foot, self._other, self._way = foot, other_side(foot), way
+        self._stance, self._direction, self._own = stance, direction, parameters
+        self._foot, self._other, self._way, self._closing = foot, other_side(foot), way, closing
         self._start = self._last = list(target)
-        self._lean, self._period, self._time, self._row = lean, period, 0.0, 0
-        edge = TOE_X if shape.sign > 0.0 else HEEL_X
+        self._lean, self._time, self._row = lean, 0.0, 0
+        edge = TOE_X if direction == FORWARD else HEEL_X
         self._edge = float(stance.soles[self._other][0]) + edge
         self.phase = Phase.SWING
 
@@ -75,16 +88,18 @@ class Step:
         Args:
             pitch_rate: rad/s, forward positive.
         """
-        shape = self._shape
-        self._time += self._period
-        self._lean += pitch_rate * self._period
-        since_landing = self._time - shape.swing_time
+        own = self._own
+        swing_time = own.swing_time[self._direction]
+        settle_time = own.settle_time[self._direction]
+        self._time += own.control_period
+        self._lean += pitch_rate * own.control_period
+        since_landing = self._time - swing_time
         if since_landing < 0.0:
-            self._last = self._swing(self._time / shape.swing_time)
+            self._last = self._swing(self._time / swing_time)
             return self._last
-        if since_landing < shape.settle_time:
+        if since_landing < settle_time:
             self.phase = Phase.SETTLING
-            share = minimum_jerk(since_landing / shape.settle_time)
+            share = minimum_jerk(since_landing / settle_time)
             return blended(self._last, self._closing[0].tolist(), share)
         self.phase = Phase.CLOSING
         self._row += 1
@@ -93,13 +108,14 @@ class Step:
 
     def _swing(self, part: float) -> list[float]:
         """Return the targets after a part of the swing, from 0 to 1."""
-        shape, stance = self._shape, self._stance
+        own, stance, direction = self._own, self._stance, self._direction
         along = (1.0 - cos(pi * part)) / 2.0
         place = stance.soles[self._foot] + self._way * along
-        place[2] += shape.clearance * sin(pi * part) + shape.landing_height * along
+        height, landing = own.clearance[direction], own.landing_height[direction]
+        place[2] += height * sin(pi * part) + landing * along
         sole, normal = stance.seen_from_torso(place, self._edge, self._lean)
         target = list(self._start)
-        first = INDEX[f'{self._foot}_hip_roll']
+        first = JOINT_INDEX[f'{self._foot}_hip_roll']
         leg = slice(first, first + len(LEG))
         try:
             target[leg] = leg_angles(self._foot, sole, normal).tolist()
@@ -107,9 +123,11 @@ class Step:
             target[leg] = self._last[leg]
         rise = sin(pi * min(part, 0.5))
         outward = 1.0 if self._other == 'l' else -1.0
-        target[INDEX[f'{self._other}_hip_pitch']] -= rise * shape.bow
-        target[INDEX[f'{self._other}_ankle_pitch']] += rise * shape.ankle_push
-        target[INDEX[f'{self._other}_ankle_roll']] += outward * rise * shape.ankle_roll
+        target[JOINT_INDEX[f'{self._other}_hip_pitch']] -= rise * own.bow[direction]
+        target[JOINT_INDEX[f'{self._other}_ankle_pitch']] += rise * own.ankle_push[direction]
+        target[JOINT_INDEX[f'{self._other}_ankle_roll']] += (
+            outward * rise * own.ankle_roll[direction]
+        )
         return target
 
 
@@ -121,3 +139,68 @@ def blended(one: Sequence[float], other: Sequence[float], share: float) -> list[
 def minimum_jerk(part: float) -> float:
     """Return the share of a way after a part of its time, at rest at both ends."""
     return part**3 * (10.0 + part * (6.0 * part - 15.0))
+
+
+def closing_angles(
+    stance: Stance, foot: str, direction: int, parameters: RecoveryParameters
+) -> Array:
+    """Return the joint angles from the split stance to the stance, (N, 17), rad.
+
+    They hold the split stance for ``rest_time``, shift the weight over the foot that stepped, place
+    the other foot beside it, and rise.
+
+    Args:
+        stance: before the step.
+        foot: side of the foot that stepped.
+        direction: FORWARD or BACKWARD.
+        parameters: lengths and times.
+
+    Raises:
+        GaitError: if a leg is too short for the step.
+    """
+    own, other = parameters, other_side(foot)
+    begin, shifted, high, down, end = accumulate(
+        (own.rest_time, *(part * own.close_time for part in PARTS))
+    )
+    ahead = float(stance.soles[foot][0]) + SIGNS[direction] * own.step_length[direction]
+    behind = float(stance.soles[other][0])
+    beside = ahead + behind - float(stance.soles[foot][0])
+    left = 1.0 if foot == 'l' else -1.0
+    inboard = abs(float(stance.soles[foot][1])) - INBOARD
+
+    def shift(place: float) -> RestingPath:
+        return RestingPath((begin, shifted, down, end), (0.0, place, place, 0.0))
+
+    flat = ConstantPath(0.0)
+    tip = RestingPath((begin, shifted, (high + down) / 2.0), (0.0, HEEL_OFF, 0.0))
+    plan = Plan(
+        duration=end,
+        sole={
+            foot: Sole(float(stance.soles[foot][1]), ConstantPath(ahead), flat, flat),
+            other: Sole(
+                float(stance.soles[other][1]),
+                RestingPath((shifted, down), (behind, beside)),
+                RestingPath((shifted, high, down), (0.0, LIFT, 0.0)),
+                tip if direction == FORWARD else flat,
+            ),
+        },
+        com=(
+            RestingPath(
+                (begin, shifted, down),
+                (
+                    (ahead + behind) / 2.0 + own.split_shift[direction],
+                    ahead,
+                    (ahead + beside) / 2.0 + float(stance.com[0]),
+                ),
+            ),
+            shift(left * inboard),
+        ),
+        torso_roll=shift(-left * ROLL),
+        torso_pitch=stance.torso_pitch,
+        hip_height=0.0,  # not used: the height of the torso is given
+    )
+    drop = RestingPath(
+        (begin, shifted, down, end), (own.split_drop[direction], CROUCH, CROUCH, 0.0)
+    )
+    time = np.arange(0.0, end + own.control_period, own.control_period)
+    return solve(stance.posture, plan, time, stance.torso_height - drop(time))

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.node_registry import controllers
 from khr_common.errors import LONGEST
 

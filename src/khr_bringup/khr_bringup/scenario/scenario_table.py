@@ -8,9 +8,8 @@ from typing import Any
 
 from rich.table import Table
 
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.markdown import table
 from khr_sim.physics.push import Push

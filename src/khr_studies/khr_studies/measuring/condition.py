@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.robots import constants_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.physics import engines

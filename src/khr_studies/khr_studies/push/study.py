@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from khr_balance.ankle import AnkleController, AnkleControllerParameters
+from khr_balance.controllers import AnkleController, AnkleControllerParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline

@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from khr_balance.errors import GaitError
+from khr_balance.gaits.kinematics import GaitError
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
 from khr_bringup.scenario.scenario import ANYWHERE
 from khr_common.checks import integer, one_of

@@ -8,8 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters

@@ -12,11 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.board_units import force_gain, rate_gain
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
+from khr_balance.feedback import force_gain, rate_gain
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_description.robot import JOINTS, Robot
 from khr_models.standing.force_loop import Chain, JointServos, StandingLoop

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters
 from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, number, page_text, table
 from khr_report.plots.plot_style import save

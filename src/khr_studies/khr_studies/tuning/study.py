@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from khr_balance.errors import GaitError
+from khr_balance.gaits.kinematics import GaitError
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.checks import integer

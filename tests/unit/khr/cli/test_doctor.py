@@ -47,7 +47,9 @@ def test_runs_are_counted(monkeypatch, domains, says):
     assert doctor.runs() == (True, says, '')
 
 
-@pytest.mark.parametrize(('module', 'fine'), [('khr_balance.ankle', True), ('no.such', False)])
+@pytest.mark.parametrize(
+    ('module', 'fine'), [('khr_balance.controllers', True), ('no.such', False)]
+)
 def test_a_package_with_nodes_of_its_own_is_listed_and_a_broken_one_named(
     monkeypatch, module, fine
 ):

@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance import joints
-from khr_balance.errors import GaitError
-from khr_balance.gaits.body import HEEL_X, TOE_X, forward
 from khr_balance.gaits.gait import Gait, gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_balance.gaits.kinematics import HEEL_X, TOE_X, GaitError, forward
 from khr_common import ParameterError, build
 from khr_common.errors import KhrError
+from khr_common.interfaces import JOINTS
 from tests.fakes.postures import mirrored
 
 
@@ -129,9 +128,7 @@ def test_swings_a_stride_behind_to_a_stride_ahead(walk):
 def test_speeds_stay_near_the_makers(walk):
     time = np.arange(0.0, walk.duration, 0.015)
     angles = np.array([walk.reference(instant) for instant in time])
-    top = dict(
-        zip(joints.JOINTS, np.max(np.abs(np.diff(angles, axis=0)), axis=0) / 0.015, strict=True)
-    )
+    top = dict(zip(JOINTS, np.max(np.abs(np.diff(angles, axis=0)), axis=0) / 0.015, strict=True))
     # The maker's slow walk: knee 281, hip 225, ankle 183 deg/s.
     assert np.degrees(top['l_knee']) < 1.3 * 281.0
     assert np.degrees(top['l_hip_pitch']) < 1.3 * 225.0

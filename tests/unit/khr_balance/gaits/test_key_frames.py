@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.errors import GaitError
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.key_frames import read_key_frames
-from khr_balance.joints import INDEX
+from khr_balance.gaits.kinematics import GaitError
 from khr_common import build
+from khr_common.interfaces import JOINT_INDEX
 
 KNEE = 'time_s,l_knee_deg\n0,54.6\n1,60\n2,54.6\n'
 
@@ -22,7 +22,7 @@ def gait(text, **values):
 
 
 def knee(motion, time):
-    return np.degrees(motion.reference(time)[INDEX['l_knee']])
+    return np.degrees(motion.reference(time)[JOINT_INDEX['l_knee']])
 
 
 def test_joints_follow_their_keys_after_the_start_and_others_keep_the_stance():
@@ -30,7 +30,9 @@ def test_joints_follow_their_keys_after_the_start_and_others_keep_the_stance():
     assert motion.duration == 2.75
     assert [knee(motion, t) for t in (0.0, 1.5, 2.75)] == pytest.approx([54.6, 60.0, 54.6])
     standing = Gait(build(GaitParameters, {'motion': 'stand'})).reference(0.0)
-    assert motion.reference(1.5)[INDEX['r_knee']] == pytest.approx(standing[INDEX['r_knee']])
+    assert motion.reference(1.5)[JOINT_INDEX['r_knee']] == pytest.approx(
+        standing[JOINT_INDEX['r_knee']]
+    )
 
 
 def test_a_motion_of_joints_needs_no_pauses():

@@ -3,12 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance import joints
-from khr_balance.gaits.body import forward
-from khr_balance.gaits.kinematics import leg_angles
+from khr_balance.gaits.kinematics import ROBOT, forward, leg_angles
 from khr_common.errors import KhrError
+from khr_common.interfaces import JOINT_INDEX, JOINTS, SIDES
 
-SIDE = st.sampled_from(joints.SIDES)
+SIDE = st.sampled_from(SIDES)
 ROLL, PITCH, KNEE = st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(0.01, 2.2)
 
 
@@ -21,8 +20,8 @@ def sole_normal(pitch, roll):
 
 
 def posture(side, leg):
-    angles = np.zeros(len(joints.JOINTS))
-    first = joints.INDEX[f'{side}_hip_roll']
+    angles = np.zeros(len(JOINTS))
+    first = JOINT_INDEX[f'{side}_hip_roll']
     angles[first : first + 5] = leg
     return angles
 
@@ -75,3 +74,13 @@ def test_a_leg_too_short_is_named_with_its_distance():
 def test_a_sole_inside_the_hip_is_refused():
     with pytest.raises(KhrError, match='left leg'):
         leg_angles('l', [0.0, 0.017, 0.0], [0.0, 0.0, 1.0])
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=17, max_size=17))
+def test_masses_and_soles_are_where_the_description_has_them(angles):
+    body, poses = forward(angles), ROBOT.poses(angles)
+    assert body.centre_of_mass == pytest.approx(ROBOT.center_of_mass(poses), abs=1e-9)
+    for side in SIDES:
+        pose = poses[f'{side}_sole']
+        assert body.sole_position[side] == pytest.approx(pose[:3, 3], abs=1e-9)
+        assert body.sole_rotation[side] == pytest.approx(pose[:3, :3], abs=1e-9)

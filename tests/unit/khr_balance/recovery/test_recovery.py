@@ -8,11 +8,9 @@ from math import radians
 import numpy as np
 import pytest
 
-from khr_balance.errors import GaitError
-from khr_balance.gaits.body import ROBOT, forward
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.joints import INDEX, JOINTS
+from khr_balance.gaits.kinematics import ROBOT, GaitError, forward
 from khr_balance.recovery.parameters import RecoveryParameters
 from khr_balance.recovery.recovery import Recovery
 from khr_balance.recovery.stance import Stance
@@ -22,7 +20,9 @@ from khr_common.interfaces import (
     FOOT_FORCES,
     GYRO,
     HIP_CORRECTION,
+    JOINT_INDEX,
     JOINT_REFERENCE,
+    JOINTS,
     RECOVERY_CORRECTION,
 )
 from khr_common.published import NO_LOAD_SPEED
@@ -58,9 +58,11 @@ class Played:
         self.phase, _, _, self.share = np.array([state for _, state in answers]).T
         added = np.zeros(len(JOINTS))
         for topic, angle in ((ANKLE_CORRECTION, ankle), (HIP_CORRECTION, hip)):
-            added[[INDEX[name] for name in topic.names]] = angle
+            added[[JOINT_INDEX[name] for name in topic.names]] = angle
         self.target = np.tile(POSTURE + added, (len(rates), 1))
-        self.target[:, [INDEX[name] for name in RECOVERY_CORRECTION.names]] += self.correction
+        self.target[:, [JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names]] += (
+            self.correction
+        )
 
 
 def fall(sign=1.0, seconds=8.0):
@@ -106,7 +108,9 @@ class Walked:
         self.correction = np.array([correction for correction, _ in answers])
         self.phase = np.array([state[0] for _, state in answers])
         self.target = self.reference.copy()
-        self.target[:, [INDEX[name] for name in RECOVERY_CORRECTION.names]] += self.correction
+        self.target[:, [JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names]] += (
+            self.correction
+        )
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -134,7 +138,10 @@ def test_a_step_out_of_a_walk_is_mirrored_with_it():
         other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
         sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
         np.testing.assert_allclose(
-            right[:, INDEX[name]], sign * left[:, INDEX[other]], atol=1e-5, err_msg=name
+            right[:, JOINT_INDEX[name]],
+            sign * left[:, JOINT_INDEX[other]],
+            atol=1e-5,
+            err_msg=name,
         )
 
 
@@ -222,7 +229,10 @@ def test_a_step_with_the_left_foot_mirrors_one_with_the_right():
         other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
         sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
         np.testing.assert_allclose(
-            right[:, INDEX[name]], sign * left[:, INDEX[other]], atol=1e-6, err_msg=name
+            right[:, JOINT_INDEX[name]],
+            sign * left[:, JOINT_INDEX[other]],
+            atol=1e-6,
+            err_msg=name,
         )
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from khr_analysis.outcome import MonitorParameters
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import is_bout, load_bout, parse_bout, shipped_bouts
 from khr_bringup.scenario.control_text import control_of

@@ -38,7 +38,7 @@ def test_robots_of_a_bout_share_simulator_referee_and_recorder(two):
     assert 'recorder' not in [each.label for each in two.members(record=False)]
     assert {'red/gait', 'blue/gait', 'referee'} <= set(two.answers)
     entries = {each.label: each.entry for each in two.members(record=True)}
-    assert entries['red/gait'] == 'red/khr_balance.node_specs:GAIT'
+    assert entries['red/gait'] == 'red/khr_balance.gaits.gait:GAIT'
 
 
 def test_a_bout_records_each_robot_under_its_name_and_one_clock(two):

@@ -5,8 +5,7 @@ import pytest
 import yaml
 
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario import scenario as scenarios

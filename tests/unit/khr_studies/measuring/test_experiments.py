@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.controllers import AnkleControllerParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common.errors import KhrError

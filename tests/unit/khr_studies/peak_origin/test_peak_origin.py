@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import khr_studies.thesis_figures.registry as figures
+from khr_balance.controllers import HipControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.recorded.run_signals import Series
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD

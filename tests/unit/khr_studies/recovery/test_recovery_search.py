@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from khr.cli.app import app
-from khr_balance.errors import GaitError
+from khr_balance.gaits.kinematics import GaitError
 from khr_balance.recovery.parameters import RecoveryParameters
 from khr_bringup.scenario.scenario import parse
 from khr_common.errors import KhrError

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check

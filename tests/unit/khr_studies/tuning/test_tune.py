@@ -10,8 +10,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.hip import HipControllerParameters
+from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError, RunError

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.ankle import toe_heel_difference
+from khr_balance.controllers import toe_heel_difference
 from khr_bringup.recorded.events import Event
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
 from khr_view.charts.charts import COMPUTED, chart_topics, charts, polled_topics

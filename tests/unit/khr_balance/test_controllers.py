@@ -1,21 +1,38 @@
-"""The ankle controller: both laws, the toe-heel difference, and what it refuses."""
+"""The controllers: both laws of the ankle, the toe-heel difference, hip and roll, and units."""
 
 from dataclasses import replace
-from math import asin, degrees, radians, sin
+from math import asin, cos, degrees, radians, sin, tau
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from khr_balance.ankle import AnkleController, AnkleControllerParameters, toe_heel_difference
-from khr_balance.hip import HipController, HipControllerParameters
+from khr_balance.controllers import (
+    AnkleController,
+    AnkleControllerParameters,
+    HipController,
+    HipControllerParameters,
+    RollController,
+    RollControllerParameters,
+    toe_heel_difference,
+)
+from khr_balance.feedback import force_gain, rate_gain
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import load_scenario
+from khr_common import build
 from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, STAGE
 from khr_common.interfaces import GYRO as GYRO_TOPIC
 from tests.support.signals import corrected
 
 GYRO = AnkleControllerParameters(enabled=True, start_ramp=0.0)
+HIP = HipControllerParameters(
+    enabled=True, gain=13.0, gain_unit=1.0, reference_offset=0.0, start_ramp=0.0
+)
+ROLL = RollControllerParameters(enabled=True, gain=12.0, gain_unit=1.0)
+PUSH = 't=1.0 duration=0.1 link=base_link frame=odom force=0,4,0 point=0,0,0.05'
 FORCE = replace(GYRO, source='force')
 NEWTONS = st.floats(0.0, 25.0)
 WEIGHT = 1.5 * 9.80665
@@ -148,3 +165,79 @@ def test_the_correction_is_raised_in_a_straight_line(share):
     whole = corrected(AnkleController(GYRO), 0.6, rate=0.3)
     assert corrected(AnkleController(own), 0.6 * share, rate=0.3) == pytest.approx(share * whole)
     assert corrected(AnkleController(own), 7.0, rate=0.3) == whole
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-1.0, 1.0), st.floats(0.1, 3.0))
+def test_the_offset_of_the_reference_leans_and_a_unit_of_the_gain_scales(rate, offset, unit):
+    own = replace(HIP, reference_offset=offset, gain_unit=unit, limit_deg=60.0)
+    expected = 13.0 * unit * 0.00463104 * (rate - offset)
+    assert corrected(HipController(own), 0.0, rate=rate) == pytest.approx(
+        max(-radians(60.0), min(radians(60.0), expected)), rel=1e-6
+    )
+
+
+def test_the_hip_is_off_unless_turned_on():
+    assert build(HipControllerParameters).enabled is False
+
+
+@given(st.floats(0.0, 30.0))
+def test_ideal_walking_needs_no_correction(time):
+    walking = replace(HIP, reference_amplitude=0.4)
+    rate = 0.4 * cos(tau * 4.0 / 2.31 * time)
+    assert corrected(HipController(walking), time, rate=rate) == pytest.approx(0.0, abs=1e-12)
+
+
+def rolled(rate, parameters=ROLL):
+    (angles,) = RollController(parameters).update(0.0, {GYRO_TOPIC: (rate, 0.0, 0.0)})
+    return angles
+
+
+@given(st.floats(-5.0, 5.0))
+def test_it_opposes_the_roll_in_proportion_and_within_its_limit(rate):
+    first, second = rolled(rate)
+    assert first == second
+    assert abs(first) <= radians(ROLL.limit_deg)
+    assert first == pytest.approx(12.0 * 0.00463104 * rate, rel=1e-6)
+    assert rolled(rate, replace(ROLL, gain_unit=0.5))[0] == pytest.approx(0.5 * first)
+
+
+def test_roll_control_off_is_exactly_zero_and_a_rate_that_is_no_number_is_refused():
+    assert rolled(1.0, RollControllerParameters()) == (0.0, 0.0)
+    with pytest.raises(KhrError, match='roll_rate'):
+        rolled(float('nan'))
+
+
+def test_a_robot_pushed_sideways_rolls_less():
+    def roll_rate(*changes):
+        rates = []
+        scenario = load_scenario('stand_0deg').changed(
+            {
+                ('simulator', 'engine'): 'mujoco',
+                ('simulator', 'duration'): 2.5,
+                ('simulator', 'pushes'): [PUSH],
+            }
+            | dict(changes)
+        )
+        run_offline(scenario, lambda truth, *_: rates.append(truth.mean_angular_velocity[0]))
+        return float(np.sqrt(np.mean(np.square(rates))))
+
+    on = (('roll_controller', 'enabled'), True), (('roll_controller', 'gain'), 12.0)
+    assert roll_rate(*on) < 0.9 * roll_rate()
+
+
+def test_published_scale_of_the_gyro_gain():
+    # K * 0.03375 deg * (0.67 mV / 4.883 mV) per deg/s
+    assert rate_gain(1.0) == pytest.approx(0.03375 * 0.67 / 4.8828125, rel=1e-12)
+    assert rate_gain(12.0) == pytest.approx(0.0556, abs=5e-5)
+    assert rate_gain(18.0) == pytest.approx(0.0834, abs=5e-5)
+
+
+@given(st.integers(-300, 300), st.integers(0, 60))
+def test_agrees_with_what_the_board_adds(steps, gain):
+    volts = steps * 5.0 / 1024  # AD - AD_ref of ``steps``
+    rate = radians(volts / 0.67e-3)
+    counts = steps * gain
+    assert degrees(rate_gain(gain) * rate) == pytest.approx(counts * 0.03375, abs=1e-9)
+    assert degrees(force_gain(gain, 0.2) * (volts / 0.2)) == pytest.approx(
+        counts * 0.03375, abs=1e-9
+    )

@@ -1,15 +1,36 @@
-"""The ankle controller: toe-heel force difference or pitch rate to the ankle-pitch servos."""
+"""The controllers: pitch rate or toe-heel force difference to the ankle-pitch servos, pitch rate to
+the hip-pitch servos, (3.14) and (5.3), and roll rate to the ankle-roll servos.
+
+The thesis corrects pitch only, and its robot has only a pitch gyro; a second gyro of the same kind
+is assumed for the roll controller.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from khr_balance.board_units import force_gain
-from khr_balance.feedback import BalanceController, BalanceParameters, finite_forces
+from khr_balance.feedback import (
+    BalanceController,
+    BalanceParameters,
+    FeedbackController,
+    FeedbackParameters,
+    finite,
+    finite_forces,
+    force_gain,
+    rate_delay,
+)
 from khr_common import parameter
 from khr_common.block import NodeSpec, Signals
-from khr_common.interfaces import ANKLE_CORRECTION, FOOT_FORCES, GYRO, STAGE, Topic
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    STAGE,
+    Topic,
+    correction,
+)
 
 
 @dataclass(frozen=True)
@@ -57,11 +78,6 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
         return force_gain(own.gain, own.force_scale) * difference  # (3.13)
 
 
-ANKLE_CONTROLLER = NodeSpec(
-    AnkleController.node, 'khr_balance', AnkleControllerParameters, AnkleController
-)
-
-
 def toe_heel_difference(foot_forces: Sequence[float]) -> float:
     """Return Delta = F_T - F_H of both feet together, in N (3.4).
 
@@ -78,3 +94,53 @@ def toe_heel_difference(foot_forces: Sequence[float]) -> float:
     """
     l_toe, l_heel, r_toe, r_heel = finite_forces(foot_forces)
     return (l_toe - l_heel) + (r_toe - r_heel)
+
+
+@dataclass(frozen=True)
+class HipControllerParameters(BalanceParameters):
+    """The parameter table of the hip controller."""
+
+    rate_delay: int = rate_delay(2)
+
+
+class HipController(BalanceController[HipControllerParameters]):
+    """Feed the pitch rate back to both hips."""
+
+    node = 'hip_controller'
+    subscribes = (GYRO, STAGE)
+    publishes = (HIP_CORRECTION,)
+
+    def law(self, time: float, signals: Signals) -> float:
+        """Return the correction of both hip pitches, rad."""
+        return self.rate_law(time, signals[GYRO][1])
+
+
+@dataclass(frozen=True)
+class RollControllerParameters(FeedbackParameters):
+    """The parameter table of the roll controller."""
+
+
+class RollController(FeedbackController[RollControllerParameters]):
+    """Oppose a roll to either side: a positive ankle roll (+x) swings the body to the left."""
+
+    subscribes = (GYRO,)
+    publishes = (correction('roll_controller', ('l_ankle_roll', 'r_ankle_roll')),)
+
+    def law(self, time: float, signals: Signals) -> float:
+        """Return the correction of both ankle rolls, rad."""
+        return self.rate_gain * finite('roll_rate', signals[GYRO][0], 'rad/s')
+
+
+ANKLE_CONTROLLER = NodeSpec(
+    AnkleController.node, 'khr_balance', AnkleControllerParameters, AnkleController
+)
+HIP_CONTROLLER = NodeSpec(
+    HipController.node, 'khr_balance', HipControllerParameters, HipController
+)
+ROLL_CONTROLLER = NodeSpec(
+    'roll_controller',
+    'khr_balance',
+    RollControllerParameters,
+    RollController,
+    joins=lambda parameters: parameters.enabled,
+)
