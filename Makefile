@@ -80,7 +80,7 @@ chaos: tools
 	$(PORTABLE) tests.reliability --jobs $(JOBS)
 
 # a module takes from some minutes to an hour
-MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.controllers khr_models.standing.push
+MODULES := khr_sim.servo khr_sim.sensors khr_balance.controllers khr_models.standing.push
 mutants: tools
 	.ci/mutants $(MODULES)
 

@@ -17,10 +17,10 @@ setup(
     ],
     entry_points={
         'khr.nodes': [
-            'simulator = khr_sim.node_specs:SIMULATOR',
-            'gyro = khr_sim.node_specs:GYRO',
-            'foot_force = khr_sim.node_specs:FOOT_FORCE',
-            'transforms = khr_sim.node_specs:TRANSFORMS',
+            'simulator = khr_sim.run_parameters:SIMULATOR',
+            'gyro = khr_sim.sensors:GYRO',
+            'foot_force = khr_sim.sensors:FOOT_FORCE',
+            'transforms = khr_sim.transforms:TRANSFORMS',
         ]
     },
     package_data={'': ['py.typed']},

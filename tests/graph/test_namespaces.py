@@ -71,7 +71,7 @@ def test_two_robots_have_the_results_that_they_have_alone(robots):
 
 
 def test_a_second_source_ends_its_run_by_name_and_no_other(robots):
-    stranger = python('khr_common.nodes.run', 'khr_sim.node_specs:GYRO', *robots['a'].ros)
+    stranger = python('khr_common.nodes.run', 'khr_sim.sensors:GYRO', *robots['a'].ros)
     try:
         code, _, err = robots['a'].end()
         assert code == 1

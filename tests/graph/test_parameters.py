@@ -131,7 +131,7 @@ def test_overrides_of_qos_are_refused_as_what_no_node_takes(tmp_path):
     name = 'qos_overrides./imu/data_raw.publisher.reliability'
     ended = subprocess.run(
         [
-            *(sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.node_specs:GYRO'),
+            *(sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.sensors:GYRO'),
             *('--ros-args', '-p', f'{name}:=best_effort'),
         ],
         capture_output=True,

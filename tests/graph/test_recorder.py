@@ -7,7 +7,7 @@ import pytest
 from khr_analysis.node_specs import RECORDER
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, READY
-from khr_sim.node_specs import GYRO as GYRO_NODE
+from khr_sim.sensors import GYRO as GYRO_NODE
 from tests.support.runs import Bag, wait_for
 
 TOPICS = 'clock rosgraph_msgs/msg/Clock period, imu/data_raw sensor_msgs/msg/Imu period'

@@ -16,7 +16,7 @@ from khr_common import parameter
 from khr_common.interfaces import READY
 from khr_common.nodes.node import KhrNode
 from khr_common.nodes.spin import SpinUntilIdle, _close, _spin
-from khr_sim.node_specs import GYRO
+from khr_sim.sensors import GYRO
 
 # A signal handler runs between two lines of Python, so it is called at each of them in turn.
 INTERRUPTED = """
@@ -96,7 +96,7 @@ def test_a_closed_node_receives_nothing_more(monkeypatch):
 STUCK = """
 import atexit, sys, time
 from khr_common.nodes import spin
-from khr_sim.node_specs import GYRO
+from khr_sim.sensors import GYRO
 
 spin.LEAVING = 1
 spin.SpinUntilIdle.take = lambda spinner, executor: spinner.interrupt()
@@ -109,7 +109,7 @@ sys.exit(spin.run_node(GYRO))
 LETS_GO = """
 from pathlib import Path
 from khr_common.nodes import spin
-from khr_sim.node_specs import GYRO
+from khr_sim.sensors import GYRO
 
 def threads():
     names = [each.read_text().strip() for each in Path('/proc/self/task').glob('*/comm')]
@@ -129,7 +129,7 @@ print(threads())
 ABANDONED = """
 import time
 from khr_common.nodes import spin
-from khr_sim.node_specs import GYRO
+from khr_sim.sensors import GYRO
 
 spin.SpinUntilIdle.take = lambda spinner, executor: spinner.abandon()
 spin._leave = lambda *_: time.sleep(60.0)

@@ -12,7 +12,7 @@ from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.sensors.foot_force import FootForceParameters
+from khr_sim.sensors import FootForceParameters
 from khr_studies.measuring.experiments import Run
 from khr_studies.thesis_figures.registry import draw
 

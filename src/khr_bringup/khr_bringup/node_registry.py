@@ -28,7 +28,7 @@ PROJECT = 'khr'  # its distribution: the whole, or the command, which requires a
 
 @dataclass(frozen=True)
 class RegisteredNode:
-    """A node and the entry point that names it, such as ``khr_sim.node_specs:GYRO``."""
+    """A node and the entry point that names it, such as ``khr_sim.sensors:GYRO``."""
 
     spec: NodeSpec
     entry: str

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.errors import KhrError
+from khr_common.published import SERVO_STEP_DEG
 
 Array = NDArray[np.float64]
 
-COUNT = radians(0.03375)  # of the servo KRS-2552RHV, rad (maker)
+COUNT = radians(SERVO_STEP_DEG)  # rad
 
 
 class Board:

@@ -14,14 +14,12 @@ from math import radians
 
 from khr_common.arithmetic import warn_unless_portable
 from khr_common.errors import KhrError, quoted
-from khr_description.robot import JOINTS
+from khr_common.interfaces import JOINT_INDEX, JOINTS
 from khr_sim.physics.body import Start
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.physics.world import World
 from khr_sim.run_parameters import RunParameters
-
-_INDEX = {name: index for index, name in enumerate(JOINTS)}
 
 
 def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
@@ -35,11 +33,11 @@ def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) 
     target = list(reference)
     for correction in corrections:
         for joint, angle in correction.items():
-            if joint not in _INDEX:
+            if joint not in JOINT_INDEX:
                 raise KhrError(
                     f'joint: {quoted(joint)} is not accepted; accepted: {" | ".join(JOINTS)}'
                 )
-            target[_INDEX[joint]] += angle
+            target[JOINT_INDEX[joint]] += angle
     return target
 
 

@@ -1,4 +1,4 @@
-"""Parameters of the simulator node."""
+"""The simulator node: its parameters and specification."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from khr_common import ParameterError, parameter
+from khr_common import interfaces as topics
+from khr_common.block import NodeSpec
 from khr_common.errors import KhrError, quoted
 from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
+from khr_sim.physics.truth import SIGNALS
 
 LONGEST_ARM = 1.0  # m from the origin of a link to the point of a push
 
@@ -153,6 +156,29 @@ class RunParameters(SimulatorParameters):
         ):
             if not fine:
                 raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
+
+
+SIMULATOR = NodeSpec(
+    'simulator',
+    'khr_sim',
+    RunParameters,
+    subscribes=(
+        topics.JOINT_REFERENCE,
+        topics.ANKLE_CORRECTION,
+        topics.HIP_CORRECTION,
+        topics.DECIDED,
+        topics.PUSH,
+        topics.READY,
+    ),
+    publishes=(
+        *SIGNALS,
+        topics.ROBOT_DESCRIPTION,
+        topics.STATE,
+        topics.PUSHED,
+        topics.DIAGNOSTICS,
+    ),
+    node='khr_sim.nodes.simulator:SimulatorNode',
+)
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:

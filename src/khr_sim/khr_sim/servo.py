@@ -10,16 +10,16 @@ have no rotor inertia.
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
+from functools import cache, partial
 from math import radians
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_description.robot import JOINTS
-from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
 
 Array = NDArray[np.float64]
@@ -43,8 +43,27 @@ STIFFNESS, GEAR, DAMPING, DERIVATIVE, STRENGTH = range(8, 13)
 SHAPE, CONSTANTS = (13, len(JOINTS)), (8,)
 
 
+@cache
+def jit(function: Callable[..., Any]) -> Any:
+    """Return the function as a Numba dispatcher, which compiles it on the first call.
+
+    Numba keeps IEEE 754 semantics by default: it neither reorders nor fuses floating-point
+    operations. The golden hashes rely on that, so no function may use ``fastmath``.
+
+    Later processes load the machine code from Numba's cache: ``NUMBA_CACHE_DIR``, ``__pycache__``
+    beside the module or, if the installation is read-only, the cache folder of the user. Without a
+    writable folder every process compiles the function again.
+    """
+    import numba  # takes 0.2 s, which modules that only read servo constants should not pay
+
+    try:
+        return numba.njit(cache=True)(function)
+    except RuntimeError:  # no writable cache folder
+        return numba.njit(function)
+
+
 def law(servos: Array, constants: Array) -> None:
-    """Advance the rotors by one physics step; :mod:`khr_sim.jit` compiles this function.
+    """Advance the rotors by one physics step; compiled by :func:`jit`.
 
     Args:
         servos: servo table, (13, n); the rows of state and torque are changed in place.

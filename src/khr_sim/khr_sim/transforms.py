@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import cos, sin
 
 from khr_common import parameter
-from khr_common.interfaces import JOINTS
+from khr_common.block import NodeSpec
+from khr_common.interfaces import JOINT_STATES, JOINTS, TF, TF_AVAILABLE, TF_STATIC, TRUE_POSE
 from khr_description.robot import Joint, Robot
 
 Numbers = tuple[float, ...]
@@ -27,6 +28,17 @@ class TransformsParameters:
         wiring=True,
     )
     every: int = parameter(2, 'Control periods between transforms.', '[1, 100]')
+
+
+TRANSFORMS = NodeSpec(
+    'transforms',
+    'khr_sim',
+    TransformsParameters,
+    subscribes=(TRUE_POSE, JOINT_STATES),
+    publishes=(TF, TF_STATIC),
+    node='khr_sim.nodes.transforms:TransformsNode',
+    joins=lambda table: bool(table.enabled) and TF_AVAILABLE,
+)
 
 
 class JointTree:

@@ -5,12 +5,13 @@ from math import radians
 
 import numpy as np
 import pytest
+from numba.core.caching import CacheImpl
 from scipy.integrate import solve_ivp
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, position_loop, stretches
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, jit, position_loop, stretches
 from tests.support.mechanics import PLAIN_SERVOS
 
 CARRIED = Robot.load().joint_inertia()
@@ -275,3 +276,19 @@ def test_the_ankles_have_a_gear_stiffness_of_their_own():
     torque = settled(parameters, ZERO + 0.02, ZERO)
     assert torque[ankle] == pytest.approx(0.02 * stretch * 18.0 / (stretch + 18.0), rel=1e-6)
     assert torque[KNEE] == settled(SMOOTH, ZERO + 0.02, ZERO)[KNEE]
+
+
+def scaled_sum(a, b, c):
+    return a * b + c
+
+
+def test_a_function_is_compiled_without_a_writable_cache_folder(monkeypatch):
+    monkeypatch.setattr(CacheImpl, '_locator_classes', [])
+    compiled = jit.__wrapped__(scaled_sum)
+    assert compiled(2.0, 3.0, 4.0) == 10.0
+    assert compiled.signatures
+
+
+def test_multiplication_and_addition_are_rounded_one_by_one():
+    a = 1.0 + 2.0**-30
+    assert jit(scaled_sum)(a, a, -1.0 - 2.0**-29) == 0.0  # a fused operation would give 2**-60

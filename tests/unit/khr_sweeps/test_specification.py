@@ -15,8 +15,7 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import CONFIG
 from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.foot_force import FootForceParameters
-from khr_sim.sensors.gyro import GyroParameters
+from khr_sim.sensors import FootForceParameters, GyroParameters
 from khr_sweeps.reading import load_sweep, parse_sweep
 from khr_sweeps.specification import scenario_at
 from khr_sweeps.sweep import run_sweep

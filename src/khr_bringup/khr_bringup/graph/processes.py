@@ -68,7 +68,7 @@ class Processes:
 
         Args:
             name: of the process.
-            nodes: their entry points, such as ``khr_sim.node_specs:GYRO``; see
+            nodes: their entry points, such as ``khr_sim.sensors:GYRO``; see
                 khr_common.nodes.run.
             parameters: the parameter files; later ones win.
             remaps: rules for names of topics, such as ``clock:=/clock``.

@@ -25,7 +25,7 @@ from khr_common.signals import broken
 from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled
 from khr_report.run.contents import RunContents
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
-from khr_sim.sensors.foot_force import FootForceParameters
+from khr_sim.sensors import FootForceParameters
 
 EVENTS_NAMED = 9
 CHANGED = ', changed while it ran'

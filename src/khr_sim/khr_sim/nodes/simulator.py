@@ -21,9 +21,8 @@ from khr_common.nodes.node import KhrNode
 from khr_common.pacing import Latency, Punctuality
 from khr_common.run_identity import KEY, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
+from khr_sim.nodes.inputs import Sources, read_push
 from khr_sim.nodes.metronome import Metronome
-from khr_sim.nodes.pushes import read_push
-from khr_sim.nodes.sources import Sources
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.physics.body import Start
 from khr_sim.physics.truth import GroundTruth

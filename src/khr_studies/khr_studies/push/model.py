@@ -21,7 +21,7 @@ from khr_models.standing.push import Gyro as GyroModel
 from khr_models.standing.push import PushLoop, largest_push
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.gyro import Gyro, GyroParameters
+from khr_sim.sensors import Gyro, GyroParameters
 from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 from khr_studies.push.study import COMPLIANT, WATCH, PushCondition, Stance, stance
 

@@ -22,7 +22,7 @@ from khr_common.published import AD_STEP
 from khr_models.pendulum import critical_inclination, static_force_difference
 from khr_report.plots.plot_style import FALLEN
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.gyro import GyroParameters
+from khr_sim.sensors import GyroParameters
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Key, Run, Runs, group_by
 from khr_studies.push.study import stance

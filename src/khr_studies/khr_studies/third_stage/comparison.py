@@ -20,8 +20,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_description.robot import JOINTS, Robot
 from khr_models.standing.force_loop import Chain, JointServos, StandingLoop
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.foot_force import FootForceParameters
-from khr_sim.sensors.gyro import GyroParameters
+from khr_sim.sensors import FootForceParameters, GyroParameters
 from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 from khr_studies.third_stage.study import HIP_GAIN, Array, Plane, Setting
 

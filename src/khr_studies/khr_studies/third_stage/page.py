@@ -12,7 +12,7 @@ from khr_balance.controllers import AnkleControllerParameters
 from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, number, page_text, table
 from khr_report.plots.plot_style import save
-from khr_sim.sensors.foot_force import FootForceParameters
+from khr_sim.sensors import FootForceParameters
 from khr_studies.measuring.run_table import write_table
 from khr_studies.third_stage import study
 from khr_studies.third_stage.comparison import ModelComparison, ModelLoop

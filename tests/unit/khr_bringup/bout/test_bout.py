@@ -10,7 +10,7 @@ from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.scenario import shipped
 from khr_common.errors import KhrError
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.gyro import GyroParameters
+from khr_sim.sensors import GyroParameters
 
 TEXT = """# Two stand
 /referee:

@@ -22,12 +22,11 @@ from khr_common import RunError
 from khr_common.interfaces import TORSO
 from khr_common.rotation import Array, carried, cross, pitched, quaternion
 from khr_description.robot import JOINTS, Robot
-from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import FRICTION, SIDES, SPHERES, Pose, bumpers, physics_urdf
 from khr_sim.physics.engines.base import Driven, Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Tables, law
+from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Tables, jit, law
 
 IMPEDANCE_RATIO = 10.0  # of friction to normal force; keeps a standing foot from creeping
 IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, as a function of its depth (solimp)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from khr_common import ParameterError, build
 from khr_common.errors import KhrError
 from khr_common.published import AD_STEP
-from khr_sim.sensors.gyro import Gyro, GyroParameters
+from khr_sim.sensors import Gyro, GyroParameters
 
 PERIOD = 0.015
 # The sensing element alone: no noise, no converter, no limit in reach.

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from khr_common.errors import KhrError
-from khr_sim.sensors.foot_force import FootForce, FootForceParameters
+from khr_sim.sensors import FootForce, FootForceParameters
 
 CLEAN = FootForceParameters(noise=0.0, resolution=0.0, time_constant=0.0)
 FORCES = arrays(np.float64, (4, 3), elements=st.floats(-50.0, 50.0))

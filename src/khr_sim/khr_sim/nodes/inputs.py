@@ -1,13 +1,24 @@
-"""The nodes that answer a sample, by name: ``gait`` of one robot, ``red/gait`` of several."""
+"""What the simulator receives: answers to a sample, and messages on the topic ``push``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from khr_common.interfaces import DECIDED, JOINT_REFERENCE, JOINTS, Topic, correction, full_name
-from khr_common.nodes.messages import JointAnswer
+from geometry_msgs.msg import WrenchStamped
+
+from khr_common.interfaces import (
+    DECIDED,
+    JOINT_REFERENCE,
+    JOINTS,
+    WORLD,
+    Topic,
+    correction,
+    full_name,
+)
+from khr_common.nodes.messages import JointAnswer, to_nanoseconds
+from khr_sim.physics.push import Push
 from khr_sim.plant import mix
-from khr_sim.run_parameters import GAIT, REFEREE
+from khr_sim.run_parameters import GAIT, REFEREE, RunParameters
 
 AT_REST = (0.0,) * len(JOINTS)  # joint angles of a robot in a run without a gait, rad
 Answers = Mapping[str, JointAnswer]  # by source
@@ -15,6 +26,8 @@ Answers = Mapping[str, JointAnswer]  # by source
 
 class Sources:
     """The sources of a run: of each robot a gait and nodes with corrections; of a bout a referee.
+
+    One robot alone has ``gait``, several have ``red/gait``.
 
     Args:
         robots: names; an empty one of one robot alone.
@@ -72,3 +85,29 @@ def _topic_of(source: str) -> Topic:
     robot, _, node = source.rpartition('/')
     known = {GAIT: JOINT_REFERENCE, REFEREE: DECIDED}
     return (known.get(node) or correction(node, ())).under(robot)
+
+
+def read_push(
+    message: WrenchStamped, parameters: RunParameters, now_ns: int, robot: str = ''
+) -> Push:
+    """Convert a message to a push; a push in the past starts now.
+
+    Args:
+        message: with the force in the frame of the world or of a link, which it then acts on.
+        parameters: give the link for a force in the world frame, the point and the duration.
+        now_ns: time of the latest sample, ns.
+        robot: that is pushed; its name may be before the link.
+    """
+    p, force = parameters, message.wrench.force
+    frame = message.header.frame_id.removeprefix(f'{robot}/') or WORLD
+    x, y, z = p.push_point
+    push = Push(
+        start=max(to_nanoseconds(message.header.stamp), now_ns) / 1e9,
+        duration=p.push_duration,
+        frame=frame,
+        link=p.push_link if frame == WORLD else frame,
+        force=(force.x, force.y, force.z),
+        point=(x, y, z),
+    )
+    p.check_push(push)
+    return push

@@ -1,1 +1,0 @@
-"""Models of the force sensors and of the gyro."""
