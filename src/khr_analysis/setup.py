@@ -17,11 +17,11 @@ setup(
     ],
     entry_points={
         'khr.nodes': [
-            'fft_analyser = khr_analysis.node_specs:FFT_ANALYSER',
-            'monitor = khr_analysis.node_specs:MONITOR',
-            'run_phase = khr_analysis.node_specs:RUN_PHASE',
-            'referee = khr_analysis.node_specs:REFEREE',
-            'recorder = khr_analysis.node_specs:RECORDER',
+            'fft_analyser = khr_analysis.spectrum:FFT_ANALYSER',
+            'monitor = khr_analysis.outcome:MONITOR',
+            'run_phase = khr_analysis.run_phase:RUN_PHASE',
+            'referee = khr_analysis.referee:REFEREE',
+            'recorder = khr_analysis.recorder_parameters:RECORDER',
         ]
     },
     package_data={'': ['py.typed']},

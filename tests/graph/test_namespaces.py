@@ -89,7 +89,7 @@ def test_a_recorder_whose_parent_is_killed_closes_its_bag(tmp_path):
     parent = f"""
 import os, subprocess, sys
 own = {{**os.environ, 'KHR_PARENT': str(os.getpid())}}
-nodes = ['khr_analysis.node_specs:RECORDER']
+nodes = ['khr_analysis.recorder_parameters:RECORDER']
 command = [sys.executable, '-m', 'khr_common.nodes.run', *nodes, '--ros-args']
 child = subprocess.Popen([*command, '-p', 'folder:={tmp_path / 'bag'}'], env=own)
 child.wait()

@@ -4,7 +4,7 @@ from pkgutil import resolve_name
 
 import pytest
 
-from khr_analysis.node_specs import RECORDER
+from khr_analysis.recorder_parameters import RECORDER
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, READY
 from khr_sim.sensors import GYRO as GYRO_NODE

@@ -32,7 +32,7 @@ from tests.support.runs import (
 
 pytestmark = pytest.mark.slow
 PERIOD_NS = 15_000_000
-RECORDER = 'khr_analysis.node_specs:RECORDER'
+RECORDER = 'khr_analysis.recorder_parameters:RECORDER'
 EACH_PERIOD = [
     '/clock',
     '/joint_states',

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, degrees, inf, isfinite, radians
+from math import atan2, cos, degrees, hypot, inf, isfinite, radians
 from typing import Literal, NamedTuple
 
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
 from khr_common import parameter, sample_period
-from khr_common.block import Signals
+from khr_common.block import NodeSpec, Signals
 from khr_common.errors import KhrError
-from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    FOOT_FORCES,
+    GYRO,
+    OUTCOME,
+    PEAKS,
+    READY,
+    STATE,
+    TRUE_FORCES,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+)
 from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
@@ -244,6 +256,68 @@ class OutcomeMonitor:
             self._vibration.rms,
             slides=self._steps.slides,
         )
+
+
+class SensedMonitor:
+    """Judge a run by the gyro and the foot forces.
+
+    A fall is a fast rotation followed by a loss of the load on both feet. A robot that is lifted
+    by hand loses the load without a fast rotation; one that stumbles regains the load.
+    """
+
+    def __init__(self, parameters: MonitorParameters) -> None:
+        self.configure(parameters)
+        self._turned = float('-inf')  # when it last turned fast, s
+        self._loaded = 0.0  # when a foot last carried the robot, s
+        self._fell: float | None = None
+        self._fastest = 0.0
+        self._vibration = vibration_of(parameters)
+
+    def configure(self, parameters: MonitorParameters) -> None:
+        """Take changed parameters."""
+        self.parameters = parameters
+
+    def update(self, stamp_ns: int, signals: Signals) -> SensedOutcome:
+        """Return the outcome so far.
+
+        Args:
+            stamp_ns: of the sample, in the time of the run.
+            signals: of ``SENSED``.
+        """
+        own = self.parameters
+        time = stamp_ns / 1e9
+        rate = hypot(*signals[GYRO])
+        self._fastest = max(self._fastest, rate)
+        self._vibration.add(time, signals[GYRO][1])
+        if rate > radians(own.fall_rate_deg):
+            self._turned = time
+        if sum(signals[topic][2] for topic in FOOT_FORCES) > own.load_threshold:
+            self._loaded = time
+        # The sensors lag: the forces go while it turns, or after.
+        if (
+            self._fell is None
+            and time - self._loaded >= own.fall_time
+            and self._turned >= self._loaded - own.fall_memory
+        ):
+            self._fell = time
+        return SensedOutcome(
+            'fell' if self._fell is not None else 'upright',
+            time,
+            self._fell,
+            self._fastest,
+            self._vibration.rms,
+        )
+
+
+MONITOR = NodeSpec(
+    'monitor',
+    'khr_analysis',
+    MonitorParameters,
+    subscribes=(*OBSERVED, *SENSED, PEAKS, STATE),
+    publishes=(OUTCOME, DIAGNOSTICS, READY),
+    node='khr_analysis.nodes.monitor:MonitorNode',
+    listens=True,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Parameters of the recorder: topics and folder."""
+"""The recorder: its parameters, topics and folder, and its specification."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import cast, get_args
 
 from khr_common import ParameterError, parameter
 from khr_common import interfaces as topics
+from khr_common.block import NodeSpec
 from khr_common.interfaces import Flow, Topic
 
 # Topics of every run; nodes add their own topics.
@@ -68,6 +69,17 @@ class RecorderParameters:
         """
         stated = tuple(_topic(line) for line in self.topics if line)
         return (stated or OF_EVERY_RUN) + tuple(_topic(line) for line in self.extra_topics if line)
+
+
+RECORDER = NodeSpec(
+    'recorder',
+    'khr_analysis',
+    RecorderParameters,
+    subscribes=OF_EVERY_RUN,
+    publishes=(topics.DIAGNOSTICS, topics.READY),
+    node='khr_analysis.nodes.recorder:RecorderNode',
+    listens=True,
+)
 
 
 def _topic(line: str) -> Topic:

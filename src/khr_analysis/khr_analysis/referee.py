@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_common import ParameterError, build, parameter
-from khr_common.block import Block, Numbers, Signals
-from khr_common.interfaces import DECIDED, TRUE_POSE
+from khr_common.block import Block, NodeSpec, Numbers, Signals
+from khr_common.interfaces import DECIDED, DECISION, TRUE_POSE
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
@@ -180,3 +180,14 @@ class RefereeBlock(Block[RefereeParameters]):
         if self.decision is None:
             return ((0.0, 0.0),)
         return ((1.0, float((DRAW, *ROBOTS).index(self.decision.winner))),)
+
+
+REFEREE = NodeSpec(
+    'referee',
+    'khr_analysis',
+    RefereeParameters,
+    RefereeBlock,
+    publishes=(DECIDED, DECISION),
+    node='khr_analysis.nodes.referee:RefereeNode',
+    joins=lambda _: False,  # only in a bout
+)

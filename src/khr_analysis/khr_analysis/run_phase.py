@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import parameter
+from khr_common.block import NodeSpec
+from khr_common.interfaces import CLOCK, DIAGNOSTICS, STATE
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,17 @@ class RunPhaseParameters:
         choices=('lockstep', 'realtime'),
         read_only=True,
     )
+
+
+RUN_PHASE = NodeSpec(
+    'run_phase',
+    'khr_analysis',
+    RunPhaseParameters,
+    subscribes=(CLOCK,),
+    publishes=(STATE, DIAGNOSTICS),
+    node='khr_analysis.nodes.run_phase:RunPhaseNode',
+    joins=lambda _: False,  # only with a driver that does not report the state of its run
+)
 
 
 class RunPhase:

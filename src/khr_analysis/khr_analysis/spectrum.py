@@ -13,7 +13,9 @@ import numpy as np
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
 from khr_analysis.quantities import QUANTITIES
 from khr_common import ParameterError, parameter, sample_period
+from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
+from khr_common.interfaces import GYRO, PEAKS, READY, SPECTRUM, STATE
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 
 # Timestamps jitter and driver clocks drift: FOLLOWED is the share of the delay of a sample that
@@ -92,6 +94,17 @@ class FftAnalyserParameters:
     def size(self) -> int:
         """Count the samples in a window."""
         return round(self.window_length / self.control_period)
+
+
+FFT_ANALYSER = NodeSpec(
+    'fft_analyser',
+    'khr_analysis',
+    FftAnalyserParameters,
+    subscribes=(GYRO, STATE),
+    publishes=(SPECTRUM, PEAKS, READY),
+    node='khr_analysis.nodes.fft_analyser:FftAnalyserNode',
+    listens=True,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,10 @@ from khr_analysis.outcome import (
     MonitorParameters,
     Outcome,
     OutcomeMonitor,
+    SensedMonitor,
     SensedOutcome,
 )
 from khr_analysis.outcome_values import values_of
-from khr_analysis.sensed_outcome import SensedMonitor
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, OUTCOME, PEAKS, TRUE_RATE, Topic

@@ -13,7 +13,8 @@ from typing import Any
 
 import yaml
 
-from khr_analysis.node_specs import MONITOR, RECORDER
+from khr_analysis.outcome import MONITOR
+from khr_analysis.recorder_parameters import RECORDER
 from khr_analysis.referee import BLUE, RED, ROBOTS, RefereeParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.run_folder import SCENARIO as FOLDER_FILE

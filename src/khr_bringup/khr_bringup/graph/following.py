@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from khr_analysis.node_specs import MONITOR, RECORDER
-from khr_analysis.outcome import SENSED
+from khr_analysis.outcome import MONITOR, SENSED
+from khr_analysis.recorder_parameters import RECORDER
 from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.wiring import START_TIMEOUT
 from khr_bringup.result import Progress, Result

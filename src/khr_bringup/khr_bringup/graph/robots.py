@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from khr_analysis.node_specs import RECORDER, REFEREE
+from khr_analysis.recorder_parameters import RECORDER
+from khr_analysis.referee import REFEREE
 from khr_bringup.code_version import as_run
 from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.offline import SIMULATOR

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from khr_analysis.node_specs import RECORDER
+from khr_analysis.recorder_parameters import RECORDER
 from khr_bringup.graph.robots import Robots
 from khr_bringup.node_registry import spec_of, table_of
 from khr_bringup.offline import SIMULATOR, duration

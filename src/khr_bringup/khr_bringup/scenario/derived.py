@@ -8,7 +8,8 @@ from functools import cache
 from math import degrees
 from typing import Any
 
-from khr_analysis.node_specs import MONITOR, RUN_PHASE
+from khr_analysis.outcome import MONITOR
+from khr_analysis.run_phase import RUN_PHASE
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import plan_motion
 from khr_bringup.node_registry import spec_of, table_of

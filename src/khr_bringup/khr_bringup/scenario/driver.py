@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from khr_analysis.node_specs import MONITOR, RUN_PHASE
-from khr_analysis.outcome import OBSERVED, SENSED
+from khr_analysis.outcome import MONITOR, OBSERVED, SENSED
+from khr_analysis.run_phase import RUN_PHASE
 from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError, quoted
