@@ -22,7 +22,7 @@ from khr_common.errors import KhrError
 from khr_report.film.scene import source_of
 from khr_report.run.contents import contents_of, is_foreign
 from khr_report.run.page import report
-from khr_studies.peak_origin.recorded import peaks_of_recording
+from khr_studies.peak_origin.study import peaks_of_recording
 from khr_view.charts.charts import charts
 from khr_view.model.recorded import Timeline
 from tests.fakes.recordings import JAZZY, as_humble, as_iron, rewritten, tone, write, write_mcap

@@ -29,7 +29,7 @@ from khr_studies.peak_origin.study import lost_runs, walks_of
 from khr_studies.reproduction.findings import compare_tilting, experiment_table
 from khr_studies.scoreboard.walk_rows import walk_row
 from khr_studies.stability_map.study import INCLINATION, stability_map
-from khr_studies.thesis_figures.spectrum_panels import spectrum_of
+from khr_studies.thesis_figures.gaits import spectrum_of
 from khr_studies.tuning import study as tuning
 from khr_sweeps.reading import parse_sweep
 from khr_sweeps.results.folder import Folder, read_results

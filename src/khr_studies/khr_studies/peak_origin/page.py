@@ -23,8 +23,7 @@ from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin import origin
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
 from khr_studies.peak_origin.origin import Line
-from khr_studies.peak_origin.recorded import RecordedPeaks
-from khr_studies.peak_origin.study import PeakStudy
+from khr_studies.peak_origin.study import PeakStudy, RecordedPeaks
 from khr_studies.peak_origin.thesis_peaks import (
     THESIS_PEAKS,
     Band,

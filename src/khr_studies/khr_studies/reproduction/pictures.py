@@ -11,7 +11,7 @@ from typing import Any
 from khr_common import KhrError
 from khr_studies.measuring.experiments import folder_of, runs_by_name
 from khr_studies.reproduction.experiment_plan import ExperimentPlan, engine_option
-from khr_studies.stability_map.files import draw_map
+from khr_studies.stability_map.page import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
 from khr_sweeps.pool import Pool
 from khr_sweeps.specification import Sweep

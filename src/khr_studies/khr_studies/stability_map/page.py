@@ -1,11 +1,23 @@
-"""The results of maps as tables: the best gains, rubber against smooth soles, and limits."""
+"""The runs of a sweep as tables: results of maps, the files of ``khr map`` and of ``khr gains``."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
+from typing import Any
 
-from khr_report.page.document import Block, Columns, Table, number, rate, table
-from khr_studies.measuring.run_table import Records, wilson
+import pandas as pd
+import pyarrow as pa
+
+from khr_common.errors import KhrError
+from khr_common.files import write_text, written
+from khr_report.output import csv_text, make_folder
+from khr_report.page.document import Block, Columns, Table, markdown, number, rate, table
+from khr_report.plots.plot_style import save, styled
+from khr_studies.measuring.run_table import Records, run_table, tally, wilson, write_table
+from khr_studies.stability_map.figure import figure
 from khr_studies.stability_map.study import (
     CRITERION,
     GAINS,
@@ -14,7 +26,11 @@ from khr_studies.stability_map.study import (
     RUBBER,
     SMOOTH,
     MapResult,
+    StabilityMap,
+    judged,
+    stability_map,
 )
+from khr_sweeps.results.folder import read_results, request_of
 from khr_sweeps.trial import Row
 
 
@@ -115,3 +131,159 @@ def _interval(row: Row) -> str:
 def _share_up(row: Row) -> str:
     low, high = wilson(row['up'], row['runs'])
     return f'{row["up"]} of {row["runs"]} ({low:.0%} to {high:.0%})'
+
+
+COUNTS = {
+    'runs': 'runs',
+    'up': 'stayed_up',
+    'slipped': 'slipped',
+    'lost': 'lost',
+    'share_up': 'share_up',
+    'low': 'share_up_low_95',
+    'high': 'share_up_high_95',
+    'fell_at_s': 'median_fell_at_s',
+    'vibration_rad_s': 'median_vibration_rad_s',
+}
+BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
+
+
+def draw_map(
+    folder: Path,
+    x: str,
+    y: str,
+    out: Path | None = None,
+    where: Mapping[str, Any] | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> list[Path]:
+    """Draw the map of a sweep; return the paths of the PNG and the CSV files.
+
+    The first CSV file has a row for each cell; a second one, ``..._critical``, a row for
+    each y; on a map of inclination and a gain a third one, ``..._best``, has the best gain of each
+    inclination.
+
+    Args:
+        x, y: swept parameters, ``node.parameter``.
+        out: the picture; ``map_X_Y.png`` in the folder by default.
+        where: values of further swept parameters that select the runs.
+        note: is called with a line about parameters of which the map pools all values.
+    """
+    counted = stability_map(read_results(folder), x, y, where)
+    for name in counted.pooled:
+        note(f'pooled over all values of {name}; for one of them: --where {name}=VALUE')
+    stem = '_'.join(['map', x, y, *(f'{name}={value}' for name, value in counted.where.items())])
+    image = out or (folder if folder.is_dir() else folder.parent) / f'{stem}.png'
+    make_folder(image.parent)
+    with styled(), written(image) as part:
+        save(figure(counted), part)
+    paths = [image]
+    for end, rows in tables(counted).items():
+        if len(rows):
+            paths.append(image.with_name(f'{image.stem}{end}.csv'))
+            write_text(paths[-1], csv_text(rows.columns, rows.to_numpy(object).tolist(), 6))
+    return paths
+
+
+def tables(counted: StabilityMap) -> dict[str, pd.DataFrame]:
+    """Return the tables of a map, by the ends of the names of their files."""
+    x, y, cells = counted.x.name, counted.y.name, counted.cells
+    bounds = [wilson(up, runs) for up, runs in zip(cells['up'], cells['runs'], strict=True)]
+    cells = cells.assign(share_up=cells['up'] / cells['runs'])
+    cells[['low', 'high']] = bounds
+    critical = [
+        (value, one.value, one.low, one.high)
+        for value, one in zip(counted.y.labels, counted.critical, strict=False)
+    ]
+    best = counted.best[['x', 'y', *BEST]].rename(columns=COUNTS)
+    return {
+        '': cells[['x', 'y', *COUNTS]].rename(columns={'x': x, 'y': y, **COUNTS}),
+        '_critical': pd.DataFrame(critical, columns=[y, f'critical {x}', 'low_95', 'high_95']),
+        '_best': best.rename(columns={'x': x, 'y': f'best {y}'}),
+    }
+
+
+VIBRATION, SLIP = 'vibration_rad_s', 'largest_slip_m'
+EXPLAINED = (
+    'Gains hold a slope if all runs stay up. The costs are medians of these runs: the vibration '
+    '(rms of the pitch rate over the motion) and the largest slip in one stance.'
+)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The gains tried on one slope."""
+
+    condition: dict[str, Any]  # value of the inclination and of each further parameter, by name
+    cells: pd.DataFrame  # tally of each gain or pair of gains, in the order of the gains
+
+    @property
+    def holding(self) -> pd.DataFrame:
+        """Return the gains with which all runs stay up."""
+        return self.cells[self.cells['up'] == self.cells['runs']]
+
+    def least(self, column: str) -> pd.Series | None:
+        """Return the holding gains with the least value of a column; None if no gain holds."""
+        known = self.holding.dropna(subset=[column])
+        return None if known.empty else known.loc[known[column].idxmin()]
+
+    @property
+    def smallest(self) -> pd.Series | None:
+        """Return the smallest holding gains, by K_A first; None if no gain holds."""
+        return None if self.holding.empty else self.holding.iloc[0]
+
+
+def slope_gains(results: pa.Table) -> list[Slope]:
+    """Return the slopes of a sweep, each with its gains.
+
+    Raises:
+        KhrError: if the sweep has no inclination or no gain as lists of values, or no run has an
+            outcome.
+    """
+    axes = request_of(results)['axes']
+    gains = [name for name in GAINS if name in axes]
+    if INCLINATION not in axes or not gains or not all(isinstance(a, list) for a in axes.values()):
+        raise KhrError(
+            f'sweep over {", ".join(axes)}: not accepted; accepted: a grid of {INCLINATION} and '
+            f'{" or ".join(GAINS)}'
+        )
+    runs = judged(run_table(results.to_pylist()))
+    others = [name for name in axes if name not in (INCLINATION, *gains)]
+    by = [*others, INCLINATION]
+    cells = tally(runs, [*by, *gains]).sort_values([*by, *gains], kind='stable')
+    return [Slope(dict(zip(by, values, strict=True)), part) for values, part in cells.groupby(by)]
+
+
+def write_gains(slopes: Sequence[Slope], path: Path) -> list[Path]:
+    """Write the table as Markdown and all tried gains as CSV; return both paths."""
+    make_folder(path.parent)
+    write_text(path, gains_page(slopes) + '\n')
+    data = path.with_suffix('.csv')
+    write_table(pd.concat([slope.cells for slope in slopes]), data)
+    return [path, data]
+
+
+def gains_page(slopes: Sequence[Slope]) -> str:
+    """Return the table of the slopes as Markdown, with a row for each."""
+    others = [name for name in slopes[0].condition if name != INCLINATION]
+    columns: Columns[Slope] = {
+        **{name.partition('.')[2]: _value_of(name) for name in others},
+        'inclination, deg': lambda slope: f'{slope.condition[INCLINATION]:g}',
+        'gains that hold': lambda slope: f'{len(slope.holding)} of {len(slope.cells)}',
+        'smallest gains': lambda slope: _cost(slope.smallest),
+        'least vibration': lambda slope: _cost(slope.least(VIBRATION)),
+        'least slip': lambda slope: _cost(slope.least(SLIP)),
+    }
+    return markdown([table(slopes, columns), EXPLAINED])
+
+
+def _value_of(name: str) -> Callable[[Slope], str]:
+    return lambda slope: str(slope.condition[name])
+
+
+def _cost(cell: pd.Series | None) -> str:
+    """Return gains with their vibration and slip as text."""
+    if cell is None:
+        return '-'
+    named = ', '.join(f'{symbol} {cell[name]:g}' for name, symbol in GAINS.items() if name in cell)
+    vibration, slip = (None if pd.isna(cell[name]) else cell[name] for name in (VIBRATION, SLIP))
+    slip_mm = None if slip is None else 1e3 * slip
+    return f'{named}: {rate(vibration)} deg/s, {number(slip_mm, 1)} mm'

@@ -1,4 +1,4 @@
-"""Figures of models alone: the gyro's circuit, 4.4 to 4.6, the gain unit, the capture point."""
+"""Figures of models alone: the gyro, 4.4 to 4.6, gain unit, capture point, harmonics, stiffness."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from dataclasses import fields
 import numpy as np
 from matplotlib.figure import Figure
 
-from khr_common.published import GYRO_SENSITIVITY
+from khr_common.published import GAIT_FREQUENCY, GYRO_SENSITIVITY
 from khr_models.gyro_circuit import carrier
 from khr_models.gyro_circuit.circuit import KRG4
+from khr_models.harmonics import growth
 from khr_models.pendulum import Pendulum
 from khr_models.servo.identification import solve_loop
+from khr_models.servo.servo_loop import Tone, gain_of_board, sweep_stiffness
 from khr_models.standing.capture_point import (
     Flywheel,
     flywheel_margin,
@@ -21,7 +23,7 @@ from khr_models.standing.capture_point import (
     largest_force,
     step_margin,
 )
-from khr_models.thesis import ANKLE_LOOP, HIP_LOOP
+from khr_models.thesis import ANKLE_LOOP, HIP_LOOP, identified_servo
 from khr_report.plots.plot_style import head, legend_above, panels
 
 RATE_DEG = 100.0  # deg/s, amplitude
@@ -197,3 +199,54 @@ def _motion(force: float, omega: float, name: str) -> tuple[np.ndarray, np.ndarr
         for begin, sign in ((DECISION, -1.0), (DECISION + wheel.span / wheel.speed, 1.0)):
             beyond += sign * kick * np.exp(omega * np.maximum(time - begin, 0.0)) * (time >= begin)
     return time, 1e3 * beyond
+
+
+PITCH_SWING = math.radians(3.0)  # rad, amplitude of the pitch at f_0
+
+
+def harmonics() -> Figure:
+    """Draw the amplitude of the harmonics from gravity over the inclination."""
+    inclination = np.radians(np.linspace(0.25, 10.0, 40))
+    curve = growth(Pendulum(), PITCH_SWING, inclination)
+    degrees = np.degrees(inclination)
+    figure, (left, right) = panels(
+        'carried through, rad over rad of f_0', 'coefficients as printed, 1/s² over rad of f_0'
+    )
+    names = ('2 f_0', '3 f_0')
+    for name, values in zip(names, curve.series, strict=True):
+        left.semilogy(degrees, values / PITCH_SWING, label=f'{name}, series')
+    marks = zip(names, 'os', ('0.3', 'white'), curve.integrated, strict=True)
+    for name, mark, face, values in marks:
+        look = {'color': '0.3', 'markerfacecolor': face, 'label': f'{name}, integrated'}
+        left.semilogy(degrees[::4], values[::4] / PITCH_SWING, mark, **look)
+    second, third = curve.published / PITCH_SWING
+    right.plot(degrees, second, label='a_2/a_0 for 2 f_0, (5.20)')
+    right.plot(degrees, third, label='a_1/a_0 for 3 f_0, (5.19)')
+    left.set(xlabel='inclination φ (°)', ylabel='amplitude over that of f_0')
+    right.set(xlabel='inclination φ (°)', ylabel='coefficient (1/s²)', ylim=(0.0, None))
+    left.legend()
+    right.legend()
+    figure.suptitle('Harmonics of f_0 from gravity alone, pitch swinging ±3° at f_0')
+    return figure
+
+
+def stiffness() -> Figure:
+    """Draw the vibration of the loop over the joint's stiffness."""
+    servo = identified_servo()
+    figure, axes = panels('ringing frequency', 'ringing rate, rms over a gait cycle')
+    for setting in (0.0, 12.0, 18.0):
+        loop = servo.loop(gain_of_board(setting))
+        stiff = np.linspace(0.1, 2.0, 191) * loop.stiffness
+        sweep = sweep_stiffness(loop, stiff, Tone(PITCH_SWING, GAIT_FREQUENCY))
+        stable = np.isfinite(sweep.ringing_rate)
+        share = stiff / loop.stiffness
+        label = f'K_A = {setting:g}'
+        axes[0].plot(share[stable], sweep.ringing_frequency[stable], label=label)
+        axes[1].semilogy(share[stable], np.degrees(sweep.ringing_rate[stable]), label=label)
+    for axis in axes:
+        axis.set(xlabel='joint stiffness over the identified one')
+        axis.legend()
+    axes[0].set(ylabel='f_A0 (Hz)')
+    axes[1].set(ylabel='rms pitch rate (°/s)')
+    figure.suptitle('Joint stiffness and vibration: curves end where the loop turns unstable')
+    return figure

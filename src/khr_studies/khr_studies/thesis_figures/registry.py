@@ -37,12 +37,17 @@ from khr_studies.peak_origin import figure as lines
 from khr_studies.peak_origin.study import explain_all, measure_line_11
 from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions
-from khr_studies.thesis_figures import gaits, models, spectra, standing, walking
+from khr_studies.thesis_figures import gaits, models, spectra, standing
 from khr_studies.thesis_figures import pendulum_figures as balance
-from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
-from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
 from khr_studies.thesis_figures.run_plots import RATES
-from khr_studies.thesis_figures.vibration_figure import measure_bands, vibration_by_gain
+from khr_studies.thesis_figures.vibration import (
+    amplitude_by_slope,
+    measure_amplitudes,
+    measure_bands,
+    measure_loops,
+    open_loops,
+    vibration_by_gain,
+)
 from khr_sweeps.pool import check_workers
 
 
@@ -163,7 +168,7 @@ FIGURES: dict[str, Drawing] = {
     '5.9': Drawing('Spectra with ankle and hip control', spectra.with_ankle_and_hip, WALKS),
     '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, WALKS),
     '5.11': Drawing(
-        'Dominant frequencies against the inclination', walking.dominant_frequencies, WALKS
+        'Dominant frequencies against the inclination', spectra.dominant_frequencies, WALKS
     ),
     '5.12': Drawing('Spectra by ankle and hip gain', spectra.gains, spectra.GAIN_EXPERIMENTS),
     '5.13': Drawing('Smooth and rubber soles, ankle control', spectra.ankle_on_soles, SOLES),
@@ -181,7 +186,7 @@ FIGURES: dict[str, Drawing] = {
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'gain_unit': Drawing('Gain unit of both loops, identified', models.gain_unit),
-    'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
+    'harmonics': Drawing('Harmonics from gravity against the inclination', models.harmonics),
     'line_11': Drawing(
         'What raises line 11 of the gait, 4.74 Hz',
         lines.line_11,
@@ -211,7 +216,7 @@ FIGURES: dict[str, Drawing] = {
         ),
     ),
     'stages': Drawing('Staged control on tilting ground', standing.tilting_ground, ('stages',)),
-    'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
+    'stiffness': Drawing("Vibration against the joint's stiffness", models.stiffness),
     'vibration_by_gain': Drawing(
         'Vibration of the walk by band, against the ankle gain',
         vibration_by_gain,

@@ -1,4 +1,4 @@
-"""The spectra of Gait-3, chapter 5: Figures 5.8 to 5.10 by inclination, 5.12 by gain, 5.13 and
+"""The spectra of Gait-3, chapter 5: Figures 5.8 to 5.11 by inclination, 5.12 by gain, 5.13 and
 5.14 by sole.
 
 A run in which the robot did not stay up has no spectrum. If no run has one, a panel shows the
@@ -15,13 +15,37 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panels, share_scale
+from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
+from khr_models.servo.servo_loop import gain_of_board
+from khr_models.thesis import GAINS, identified_servo
+from khr_report.plots.plot_style import (
+    COLORS,
+    LOOKS,
+    head,
+    legend_above,
+    main_lines,
+    panels,
+    share_scale,
+)
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.thesis_values import COMMON_DEG, walking
-from khr_studies.thesis_figures.gaits import name_of, walked, walks_of
+from khr_studies.measuring.thesis_walks import published_lines
+from khr_studies.thesis_figures.gaits import (
+    EDGE,
+    LARGEST_HZ,
+    ROBOT,
+    THESIS,
+    draw_spectra,
+    legend_of_marks,
+    name_of,
+    spectrum_of,
+    walked,
+    walks_of,
+)
 from khr_studies.thesis_figures.run_plots import (
     GYRO,
+    Look,
     Rate,
     Walk,
     draw_seeds,
@@ -29,7 +53,6 @@ from khr_studies.thesis_figures.run_plots import (
     group_by_walk,
     spread_note,
 )
-from khr_studies.thesis_figures.spectrum_panels import ROBOT, THESIS, draw_spectra, legend_of_marks
 
 GAIN_EXPERIMENTS = ('walk_ankle_gains', 'walk_hip_gains')
 RUBBER = 'rubber'
@@ -226,3 +249,83 @@ def _draw_soles(
     slip.set(xlabel='time in the walk (s)', ylabel='slip of the soles (mm)', ylim=(0.0, None))
     for axis in (phase, slip):
         legend_above(axis)
+
+
+# Inclinations at which the thesis walked with each gain, deg
+WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
+MARKS = {  # colour, marker, size: a square is drawn around the triangle of the ankle alone
+    'no control': ('C0', 'o', 4.5),
+    'ankle control': ('C2', '^', 4.5),
+    'ankle and hip control': ('C3', 's', 8.0),
+}
+
+
+def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the dominant frequencies over the inclination: theory, thesis and simulated robot."""
+    figure, (axis,) = panels('', height=5.4)
+    for line in range(1, int(LARGEST_HZ * GAIT_PERIOD) + 1):
+        axis.axhline(line / GAIT_PERIOD, color='0.85', linewidth=0.6)
+    for order in (1, 2, 3):
+        axis.plot(
+            [0.0, 10.2],
+            [order * GAIT_FREQUENCY] * 2,
+            label='f_0 = 4 per gait cycle' if order == 1 else f'{order} f_0',
+        )
+    servo = identified_servo()
+    for setting, (low, high) in WALKED.items():
+        found, gain = servo.predict(gain_of_board(setting)), f'K_A = {setting:g}'
+        f_a0, middle = found.frequency, 0.5 * (low + high)
+        walked, interval = f'inclinations walked at {gain}', f'95 % interval at {gain}'
+        axis.plot([low, high], [f_a0] * 2, 'k-', linewidth=1.0, label=walked)
+        axis.plot([middle] * 2, [found.low, found.high], 'k-', marker='_', label=interval)
+        kind, mark, face = (
+            ('identified', 'ko', 'black') if setting in GAINS else ('predicted', 'ks', 'white')
+        )
+        name = f'f_A0 at {gain}, {kind}: {f_a0:.2f} Hz'
+        axis.plot([middle], [f_a0], mark, markerfacecolor=face, label=name)
+    _mark_published(axis)
+    _mark_dominant(axis, runs, rate)
+    axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)')
+    axis.set(xlim=(-0.2, 10.6), ylim=(0.0, LARGEST_HZ + EDGE))
+    axis.grid(False)
+    named = {str(line.get_label()): line for line in main_lines(axis)}
+    shown = [line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name]
+    figure.legend(loc='outside lower center', ncols=2, fontsize=7, handles=shown)
+    head(
+        figure,
+        'Figure 5.11: tones of the gait, f_A0 of the servo loop, dominant peaks of Gait-3',
+        f'robot: peaks of at least {DOMINANT_SHARE:.0%} of the largest ({rate.name}), every seed up',
+        f'bars: 95 % of f_A0 and where it walked; grey: lines n/{GAIT_PERIOD:g} s',
+    )
+    return figure
+
+
+def _mark_published(axis: Axes) -> None:
+    """Mark the published peaks, each as a bar over its range."""
+    bar: Look = {'color': 'C1', 'linestyle': '-', 'linewidth': 5.0, 'alpha': 0.45}
+    for (inclination_deg, condition), lines in published_lines().items():
+        for line in lines if condition.surface == 'smooth' else ():
+            axis.plot(
+                [inclination_deg] * 2,
+                line,
+                label='thesis, published peaks',
+                solid_capstyle='butt',
+                **bar,
+            )
+
+
+def _mark_dominant(axis: Axes, runs: Mapping[str, Runs], rate: Rate) -> None:
+    """Mark the dominant peaks of the runs that stayed up."""
+    for (phi, of), group in walks_of(runs).items():
+        loops = list(MARKS)[bool(of.ankle_gain) + bool(of.hip_gain)]
+        color, mark, size = MARKS[loops]
+        found = [
+            peak.frequency
+            for run in group
+            if (one := spectrum_of(run, rate)) is not None
+            for peak in one.peaks
+            if peak.amplitude >= DOMINANT_SHARE * one.peaks[0].amplitude
+        ]
+        face, label = 'none' if mark == 's' else color, f'simulated robot, {loops}'
+        look: Look = {'color': color, 'markersize': size, 'markerfacecolor': face}
+        axis.plot([phi] * len(found), found, mark, label=label, **look)

@@ -13,14 +13,17 @@ from khr_bringup.scenario.robots import constants_of
 from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset, write_points
-from khr_studies.thesis_figures import amplitude_figure, registry
-from khr_studies.thesis_figures.amplitude_figure import amplitude_by_slope, measure_amplitudes
-from khr_studies.thesis_figures.loop_figure import measure_loops, open_loops
+from khr_studies.thesis_figures import registry, vibration
 from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
-from khr_studies.thesis_figures.vibration_figure import (
+from khr_studies.thesis_figures.vibration import (
     BANDS,
+    LOOP_GAINS,
+    amplitude_by_slope,
     band_rms,
+    measure_amplitudes,
     measure_bands,
+    measure_loops,
+    open_loops,
     vibration_by_gain,
 )
 from tests.support.figures import PANELS, check_whole
@@ -97,11 +100,11 @@ def test_open_loops_are_drawn_with_the_gain_from_which_they_are_unstable(tmp_pat
     with styled():
         figure = open_loops(loops)
     check_whole(figure)
-    for each, axis, phase in zip(loops, figure.axes, figure.axes[2:], strict=False):
-        margin = each.response.margin()
+    for loop, axis, phase in zip(loops, figure.axes, figure.axes[2:], strict=False):
+        margin = loops[loop].margin()
         _, smoothed, *_ = axis.lines
         at_edge = np.interp(margin.frequency, *smoothed.get_data())
-        assert at_edge == pytest.approx(each.gain / margin.gain, rel=0.05)
+        assert at_edge == pytest.approx(LOOP_GAINS[loop][1] / margin.gain, rel=0.05)
         assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in phase.get_title(loc='left')
 
 
@@ -135,15 +138,15 @@ def test_another_robot_is_measured_with_its_own_constants():
 def test_another_robot_reaches_the_measurement_from_the_command(tmp_path):
     thesis.figure(['open_loops'], tmp_path, engine='mujoco', robot='stiff')
     points = (tmp_path / 'figure_open_loops_stiff_mujoco.csv').read_text()
-    margin = measure_loops('mujoco', 'stiff')[0].response.margin()
-    assert margin.frequency < 5.0 < measure_loops('mujoco')[0].response.margin().frequency
+    margin = measure_loops('mujoco', 'stiff')['ankle'].margin()
+    assert margin.frequency < 5.0 < measure_loops('mujoco')['ankle'].margin().frequency
     assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in points
 
 
 def test_the_centre_of_mass_of_another_robot_is_shifted_from_its_own_place(monkeypatch):
     walked = []
     monkeypatch.setattr(
-        amplitude_figure, 'walked_amplitude', lambda condition, *_: walked.append(condition)
+        vibration, 'walked_amplitude', lambda condition, *_: walked.append(condition)
     )
     measure_amplitudes('mujoco', (0.01,), (0,), 1, robot='stiff')
     constants, changes = constants_of('stiff'), dict(walked[0].changes)

@@ -205,7 +205,7 @@ def draw_stability_map(
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
     from khr_bringup.scenario.scenario import changes_of
-    from khr_studies.stability_map.files import draw_map
+    from khr_studies.stability_map.page import draw_map
 
     selected = {'.'.join(key): value for key, value in changes_of(where or ()).items()}
     for path in draw_map(folder, x, y, out, selected, print):
@@ -225,10 +225,10 @@ def slope_gains(
     ] = None,
 ) -> None:
     """List the gains that hold each slope, and their cost in vibration and slip."""
-    from khr_studies.stability_map import slopes
+    from khr_studies.stability_map.page import gains_page, slope_gains, write_gains
     from khr_sweeps.results.folder import read_results
 
-    found = slopes.slope_gains(read_results(folder))
-    print(slopes.page(found))
-    for path in slopes.write(found, out) if out else []:
+    found = slope_gains(read_results(folder))
+    print(gains_page(found))
+    for path in write_gains(found, out) if out else []:
         print(path)

@@ -131,7 +131,7 @@ def lines(
     from khr_bringup.recorded.storage import is_recording
     from khr_common.files import write_text
     from khr_report.output import make_folder
-    from khr_studies.peak_origin import page, recorded, study
+    from khr_studies.peak_origin import page, study
 
     if out:
         make_folder(out.parent)
@@ -140,7 +140,7 @@ def lines(
         of_scenario = {'--fast': fast, '--set': set_, '--workers': workers}
         if given := [name for name, each in of_scenario.items() if each]:
             raise KhrError(f'{given[0]}: not accepted with a recording; accepted: a scenario')
-        text = page.recorded_page(recorded.peaks_of_recording(path, topic, axis, namespace))
+        text = page.recorded_page(study.peaks_of_recording(path, topic, axis, namespace))
     else:
         runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
         text = page.page(study.study(runs))

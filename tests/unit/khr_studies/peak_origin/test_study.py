@@ -1,6 +1,7 @@
-"""The origin of peaks: invented walks whose peaks have known origins, up to page and figure."""
+"""The origin of peaks, and line 11: invented walks whose peaks are known, up to page and figure."""
 
 from dataclasses import MISSING, fields, replace
+from math import degrees
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import khr_studies.thesis_figures.registry as figures
 from khr_balance.controllers import HipControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import markdown
@@ -16,10 +18,19 @@ from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.peak_origin import study as lines
 from khr_studies.peak_origin.evidence import APART, MOVED
-from khr_studies.peak_origin.page import blocks
-from khr_studies.peak_origin.study import run_variants, walks_of
+from khr_studies.peak_origin.figure import line_11
+from khr_studies.peak_origin.page import blocks, recorded_page
+from khr_studies.peak_origin.study import (
+    measure_line_11,
+    peaks_of,
+    run_variants,
+    walks_of,
+    whole_cycles,
+)
 from khr_studies.peak_origin.thesis_peaks import ThesisPeak, compare_gains, judge_peak
+from khr_studies.reproduction import findings_page
 from tests.fakes.invented_runs import kept_runs
+from tests.fakes.reproductions import EMPTY
 
 PERIOD = 0.015
 AMPLITUDES = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s
@@ -199,3 +210,135 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
     assert list(specification.scenarios) == ['walk_5.55deg'] and specification.seeds == 1
     assert specification.cases == specification_of('lines', True).cases
     assert folder == tmp_path / 'walk_5.55deg-fast'
+
+
+EVEN = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s
+UNLIKE = {'zero errors 0.5 deg': 0.04, 'zero errors 1 deg': 0.14}  # of line 11
+
+
+def with_line_11(scenario, height):
+    gait = scenario.table(GaitParameters)
+    time = np.arange(round((2.0 + 5 * gait.cycle_period) / PERIOD)) * PERIOD
+    phase = 2 * np.pi * (time - gait.start_delay) / gait.cycle_period
+    rate = sum(size * np.cos(n * phase) for n, size in (EVEN | {11: height}).items())
+    zeros = {each.name: np.zeros(time.size) for each in fields(Series) if each.default is MISSING}
+    return Series(**{**zeros, 'time': time, 'pitch_rate': rate})
+
+
+@pytest.fixture(scope='module')
+def of_line_11(tmp_path_factory):
+    def signals(trial):
+        return with_line_11(trial.scenario, UNLIKE.get(trial.point['case'], 0.0))
+
+    def fell(trial):
+        return trial.point['case'] == 'K_A 24' and trial.seed == 1
+
+    return {'line_11': kept_runs('line_11', tmp_path_factory.mktemp('series'), signals, fell)}
+
+
+def test_only_walks_with_unlike_halves_have_an_odd_line(of_line_11):
+    found = {each['case']: each for each in measure_line_11(of_line_11)}
+    assert next(iter(found)) == 'as it is' and len(found) == 20
+    for case, each in found.items():
+        height = UNLIKE.get(case, 0.0)
+        assert each['amplitudes'] == pytest.approx((height,) * len(each['amplitudes']), abs=2e-3)
+        assert each['shares'] == pytest.approx((height / 0.2,) * len(each['shares']), abs=1e-2)
+        assert each['odd'] == pytest.approx(height / np.linalg.norm([*EVEN.values()]), abs=1e-2)
+
+
+def test_the_line_moves_with_the_cycle(of_line_11):
+    found = {each['case']: each['frequency'] for each in measure_line_11(of_line_11)}
+    assert found['as it is'] == pytest.approx(11 / 2.31)
+    assert found['T 2.55 s'] == pytest.approx(11 / 2.55)
+
+
+def test_it_counts_the_walks_in_which_the_line_is_among_the_four_largest(of_line_11):
+    found = {each['case']: each for each in measure_line_11(of_line_11)}
+    assert {case: each['among'] for case, each in found.items() if each['among']} == {
+        'zero errors 1 deg': 2
+    }
+
+
+def test_a_walk_that_falls_counts_as_tried_alone(of_line_11):
+    found = {each['case']: each for each in measure_line_11(of_line_11)}
+    assert (len(found['K_A 24']['shares']), found['K_A 24']['runs']) == (1, 2)
+    assert (len(found['K_A 12']['shares']), found['K_A 12']['runs']) == (2, 2)
+
+
+def test_without_runs_it_says_so():
+    with pytest.raises(KhrError, match='0 runs'):
+        measure_line_11({'line_11': []})
+
+
+def test_the_page_and_the_figure_show_every_case(of_line_11):
+    found = measure_line_11(of_line_11)
+    text = markdown(findings_page.blocks(replace(EMPTY, odd_lines=found)))
+    height = f'{degrees(0.14):.1f}'
+    assert f'| zero errors 1 deg | 2 of 2 | 4.76 | {height} | 70%, up to 70% | 2 |' in text
+    assert (
+        f'among the 4 largest lines it is in 2 of {sum(len(e["shares"]) for e in found)} walks'
+        in text
+    )
+    (axis,) = line_11(found).axes
+    assert [label.get_text() for label in axis.get_yticklabels()] == [
+        each['case'] for each in found
+    ]
+
+
+ON_LINE, BETWEEN = 6 / GAIT_PERIOD, 12.5 / GAIT_PERIOD  # Hz
+
+
+def series(seconds, *tones, name='pitch_rate', start=0.0):
+    """Signals of a run with tones of given amplitudes, rad/s, and frequencies, Hz."""
+    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    rate = sum(size * np.cos(2 * np.pi * hz * time) for size, hz in tones)
+    none = {
+        each.name: np.full(time.size, np.nan) for each in fields(Series) if each.default is MISSING
+    }
+    return Series(**{**none, 'time': start + time, name: rate})
+
+
+def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
+    found = peaks_of(
+        'run', load_scenario('walk_0deg'), series(15.0, (0.2, ON_LINE), (0.1, BETWEEN))
+    )
+    assert [peak.frequency for peak in found.peaks] == pytest.approx([ON_LINE, BETWEEN], abs=0.02)
+    assert [peak.amplitude for peak in found.peaks] == pytest.approx(
+        np.degrees([0.2, 0.1]), rel=0.1
+    )
+    assert [found.place(peak) for peak in found.peaks] == ['line n = 6', 'off the lines, n = 12.5']
+    text = recorded_page(found)
+    assert '| 2.60 | 11.46 | 100 % | line n = 6 |' in text
+    assert '| off the lines, n = 12.5 |' in text
+
+
+def test_a_part_of_a_cycle_does_not_count():
+    whole = whole_cycles(load_scenario('walk_0deg').table(GaitParameters))
+    end = whole[0] + 2.6 * GAIT_PERIOD
+    found = peaks_of('run', load_scenario('walk_0deg'), series(end, (0.2, ON_LINE)))
+    assert found.end - found.begin + PERIOD == pytest.approx(2 * GAIT_PERIOD)
+
+
+def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
+    given = series(6.0, (0.2, 3.0), name='gyro_rate', start=1.7e9)
+    lossy = given.gyro_rate.copy()
+    lossy[::17] = np.nan
+    found = peaks_of('run', load_scenario('stand_0deg'), replace(given, gyro_rate=lossy))
+    assert found.peaks[0].frequency == pytest.approx(3.0, abs=0.02)
+    assert 'gyro' in found.signal and 'place' not in recorded_page(found)
+
+
+def test_without_a_whole_cycle_the_lines_have_no_place():
+    found = peaks_of('run', load_scenario('walk_0deg'), series(4.2, (0.2, 3.0)))
+    assert [peak.frequency for peak in found.peaks] == pytest.approx([3.0], abs=0.02)
+    text = recorded_page(found)
+    assert 'No whole cycle of the gait' in text and 'Nyquist frequency 33.33 Hz' in text
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'name', 'says'),
+    [(9.0, 'pitch', 'no pitch rate'), (0.05, 'pitch_rate', '3 samples in a row are not enough')],
+)
+def test_too_little_is_one_line(seconds, name, says):
+    with pytest.raises(KhrError, match=says):
+        peaks_of('run', load_scenario('walk_0deg'), series(seconds, (0.2, 3.0), name=name))
