@@ -6,7 +6,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.recording import Recording
 from khr_common.interfaces import SCENARIO
-from khr_common.status_values import AFTER, CHANGED
+from khr_common.statuses import AFTER, CHANGED
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = {name.rsplit('/', 1)[-1]: kind for name, kind in STORE.types.items()}

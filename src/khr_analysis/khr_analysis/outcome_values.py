@@ -9,7 +9,7 @@ from typing import Any, cast, get_args
 from khr_analysis.outcome import Outcome, SensedOutcome, SensedVerdict, Verdict
 from khr_analysis.outcome_measures import Slides
 from khr_common.errors import MalformedError
-from khr_common.status_values import integer, real
+from khr_common.statuses import integer, real
 
 Value = float | int | str
 BY_SENSORS = 'sensors'

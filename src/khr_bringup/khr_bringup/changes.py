@@ -11,7 +11,7 @@ from typing import Any
 from khr_bringup.node_registry import registry, table_of
 from khr_common import specifications
 from khr_common.errors import MalformedError
-from khr_common.status_values import AFTER, CHANGED, integer
+from khr_common.statuses import AFTER, CHANGED, integer
 
 
 @dataclass(frozen=True)

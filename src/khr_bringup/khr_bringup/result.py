@@ -18,7 +18,7 @@ from khr_common.arithmetic import in_force
 from khr_common.errors import KhrError, MalformedError, one_line
 from khr_common.files import write_text
 from khr_common.pacing import RealTime
-from khr_common.status_values import real
+from khr_common.statuses import real
 
 NO_HASH = 'none: nothing was simulated'
 FILE = 'outcome.json'

@@ -25,7 +25,7 @@ from khr_common import KhrError, RunError
 from khr_common.arithmetic import enter
 from khr_common.errors import INTERRUPTED
 from khr_common.processes import end_with_parent
-from khr_common.run_identity import own_run
+from khr_common.statuses import own_run
 from khr_common.strict_yaml import read_file
 
 

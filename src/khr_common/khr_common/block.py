@@ -16,7 +16,6 @@ GROUP = 'khr.nodes'  # of the entry points that name the nodes
 Numbers = Sequence[float]
 Signals = Mapping[Topic, Numbers]  # numbers of each topic at one sample, see khr_common.cdr
 Table = TypeVar('Table')
-Contravariant = TypeVar('Contravariant', contravariant=True)
 
 
 class Block(ABC, Generic[Table]):
@@ -69,14 +68,14 @@ class Block(ABC, Generic[Table]):
         """
 
 
-class Core(Protocol[Contravariant]):
+class Core(Protocol):
     """A stateful core inside a block."""
 
-    def configure(self, parameters: Contravariant) -> None:
+    def configure(self, parameters: Any) -> None:
         """Take changed parameters, keeping the state."""
 
 
-CoreType = TypeVar('CoreType', bound=Core[Any])
+CoreType = TypeVar('CoreType', bound=Core)
 
 
 class CoreBlock(Block[Table], Generic[Table, CoreType]):

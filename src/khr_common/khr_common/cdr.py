@@ -198,7 +198,12 @@ def numbers_of(topic: Topic) -> Reader:
     """
     if topic.kind == JOINT_STATE:
         return partial(_ordered, topic.names)
-    return _READERS[topic.kind]
+    return _READERS[topic.kind][0]
+
+
+def length_of(topic: Topic) -> int:
+    """Return how many numbers flow on a topic of flow ``period``."""
+    return _READERS[topic.kind][1] if topic.kind in _READERS else len(topic.names)
 
 
 def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
@@ -209,17 +214,14 @@ def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
     return tuple([by_name[name] for name in names])
 
 
-_READERS: dict[str, Reader] = {
-    CLOCK.kind: lambda _: (),
-    IMU: angular_velocity,
-    WRENCH: force,
-    TRUE_POSE.kind: pose,
-    TRUE_SOLES.kind: poses,
+# How the numbers of a kind without names are read, and how many there are.
+_READERS: dict[str, tuple[Reader, int]] = {
+    CLOCK.kind: (lambda _: (), 0),
+    IMU: (angular_velocity, 3),
+    WRENCH: (force, 3),
+    TRUE_POSE.kind: (pose, 7),
+    TRUE_SOLES.kind: (poses, 14),
 }
-
-
-# How many numbers flow on a topic of a kind that has no names.
-LENGTHS = {CLOCK.kind: 0, IMU: 3, WRENCH: 3, TRUE_POSE.kind: 7, TRUE_SOLES.kind: 14}
 
 
 def _after_header(data: bytes) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from khr_common.status_values import integer, real
+from khr_common.statuses import integer, real
 
 LATE = 1.5  # periods of wall time from one control period to the next
 SLOWEST = 0.99  # of the factor that was asked for, on average
@@ -83,16 +83,12 @@ class Punctuality:
         """Leave out the time until the next control period: the run pauses."""
         self._last = None
 
-    @property
-    def held(self) -> bool:
-        """Return whether real time was held: 99 % of the speed, and 99 % of the periods in time."""
-        in_time = max(self.late, self.stale) <= MOST * self.periods
-        return in_time and self._due >= SLOWEST * self._taken
-
     def result(self) -> RealTime:
         """Return the counts of a run that is over."""
+        in_time = max(self.late, self.stale) <= MOST * self.periods
+        held = in_time and self._due >= SLOWEST * self._taken
         factor = self._simulated / self._taken if self._taken else 0.0
-        return RealTime(self.held, factor, self.periods, self.late, self.stale)
+        return RealTime(held, factor, self.periods, self.late, self.stale)
 
 
 @dataclass

@@ -88,13 +88,7 @@ class Specification:
         )
 
 
-_WORDS: dict[type[Any] | None, str] = {
-    bool: 'bool',
-    int: 'integer',
-    float: 'float',
-    str: 'text',
-    list: 'list',
-}
+_WORDS: dict[type[Any], str] = {bool: 'bool', int: 'integer', float: 'float', str: 'text'}
 
 
 def parameter(
@@ -149,13 +143,9 @@ def sample_period(maximum: float = 0.1) -> Any:
 def specifications(table: type[Any]) -> Mapping[str, Specification]:
     """List the parameters of a table by name, in the order of their declaration."""
     if table not in _KNOWN:  # to look up the types takes milliseconds
-        hints = get_type_hints(table)
-        _KNOWN[table] = MappingProxyType(
-            {
-                field.name: _specification(field, hints[field.name])
-                for field in dataclasses.fields(table)
-            }
-        )
+        hints, fields = get_type_hints(table), dataclasses.fields(table)
+        found = {field.name: _specification(field, hints[field.name]) for field in fields}
+        _KNOWN[table] = MappingProxyType(found)
     return _KNOWN[table]
 
 
@@ -165,13 +155,11 @@ _KNOWN: dict[type[Any], Mapping[str, Specification]] = {}
 def _specification(field: dataclasses.Field[Any], hint: Any) -> Specification:
     is_list = get_origin(hint) is tuple
     default: Any = field.default
-    if is_list:
-        default = list(default)
     return Specification(
         name=field.name,
         kind=list if is_list else hint,
         element=get_args(hint)[0] if is_list else None,
-        default=default,
+        default=list(default) if is_list else default,
         **field.metadata,
     )
 

@@ -21,8 +21,8 @@ from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, OUTCOME, PEAKS, TRUE_RATE, Topic
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import status
-from khr_common.run_identity import KEY
 from khr_common.stamps import ExactTimeSynchronizer, RunTime, StampSequence
+from khr_common.statuses import KEY
 
 REPORT_PERIOD = 0.5  # s of wall time
 LEVELS: dict[str, bytes] = {'fell': DiagnosticStatus.ERROR, 'slipped': DiagnosticStatus.WARN}

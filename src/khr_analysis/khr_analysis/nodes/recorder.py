@@ -32,8 +32,8 @@ from khr_common.interfaces import (
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.nodes.node import MATCH_PERIOD, KhrNode
-from khr_common.run_identity import check_run
 from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
+from khr_common.statuses import check_run
 from khr_common.strict_yaml import read_file
 
 DEPTH = QoSProfile(depth=5000)

@@ -7,7 +7,7 @@ from khr_common.block import NodeSpec, Numbers
 from khr_common.interfaces import DECISION
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.messages import status
-from khr_common.run_identity import KEY
+from khr_common.statuses import KEY
 
 
 class RefereeNode(BlockNode):

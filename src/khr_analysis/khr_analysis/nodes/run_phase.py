@@ -10,8 +10,8 @@ from khr_common.block import NodeSpec
 from khr_common.interfaces import CLOCK, FINISHED, STATE
 from khr_common.nodes.messages import status
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import KEY
 from khr_common.stamps import StampSequence
+from khr_common.statuses import KEY
 
 REPORT_PERIOD = 1.0  # s of wall time between reports that the driver is there
 

@@ -18,8 +18,7 @@ from khr_bringup.result import Progress
 from khr_common.errors import one_line
 from khr_common.interfaces import FINISHED, full_name
 from khr_common.pacing import RealTime
-from khr_common.run_identity import KEY, check_run, check_status, read_ready
-from khr_common.status_values import real
+from khr_common.statuses import KEY, check_run, check_status, read_ready, real
 
 MOST_WARNINGS, MOST_CHANGES = 50, 200  # that are kept
 DECIDED = ('referee', 'duration')  # ends of a run that its referee has decided

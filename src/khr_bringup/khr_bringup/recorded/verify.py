@@ -25,7 +25,7 @@ from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD, full_name
-from khr_common.run_identity import is_integer
+from khr_common.statuses import is_integer
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 

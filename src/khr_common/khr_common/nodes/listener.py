@@ -8,7 +8,7 @@ from std_msgs.msg import String
 from khr_common.block import NodeSpec
 from khr_common.interfaces import FINISHED, READY, STATE
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import check_status, ready_text
+from khr_common.statuses import check_status, ready_text
 
 REPORT_PERIOD = 1_500_000_000  # ns of simulated time between reports of how far a listener is
 

@@ -19,7 +19,7 @@ from khr_common import cdr
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError, MalformedError
 from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, WRENCH, Topic
-from khr_common.status_values import AFTER, CHANGED
+from khr_common.statuses import AFTER, CHANGED
 
 
 def to_nanoseconds(stamp: Time) -> int:

@@ -32,8 +32,8 @@ from khr_common.nodes.messages import (
     status,
 )
 from khr_common.nodes.parameters import ParameterNode
-from khr_common.run_identity import check_run, own_run
 from khr_common.stamps import HISTORY
+from khr_common.statuses import check_run, own_run
 
 Value = TypeVar('Value')
 
@@ -179,7 +179,7 @@ class KhrNode(ParameterNode):
     ) -> Subscription:
         """Create a subscription; its callback receives topic, stamp in ns, and numbers."""
         numbers_in = cdr.numbers_of(topic)
-        length = cdr.LENGTHS.get(topic.kind, len(topic.names))
+        length = cdr.length_of(topic)
 
         def read(data: bytes) -> tuple[int, Floats]:
             numbers = numbers_in(data)

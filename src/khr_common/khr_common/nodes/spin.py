@@ -109,10 +109,8 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         failed = [node for node in nodes if node.failure]
         for node in failed:
             print(f'{node.label}: {node.failure}', file=sys.stderr, flush=True)
-        if (
-            spinner.abandoned
-        ):  # all is written, and a shutdown may hang on locks of the dead parent
-            os._exit(1)
+        if spinner.abandoned:
+            os._exit(1)  # all is written, and a shutdown may hang on locks of the dead parent
         return int(bool(failed))
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)

@@ -35,7 +35,7 @@ from khr_common.nodes.messages import JointAnswer, read_answer, status
 from khr_common.nodes.node import KhrNode
 from khr_common.pacing import Latency, Punctuality
 from khr_common.processes import ask_for_real_time
-from khr_common.run_identity import KEY
+from khr_common.statuses import KEY
 from khr_hardware.client import connect
 from khr_hardware.driver import TORQUE_STATES, BoardDriver
 from khr_hardware.errors import BoardError

@@ -19,7 +19,7 @@ from khr_common.interfaces import FINISHED, JOINTS, PUSH, PUSHED, READY, STATE, 
 from khr_common.nodes.messages import JointAnswer, read_answer, restamp, status
 from khr_common.nodes.node import KhrNode
 from khr_common.pacing import Latency, Punctuality
-from khr_common.run_identity import KEY, read_ready
+from khr_common.statuses import KEY, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.inputs import Sources, read_push
 from khr_sim.nodes.metronome import Metronome

@@ -14,7 +14,7 @@ from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, place_in_gait
 from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
 from khr_common.errors import MalformedError
 from khr_common.interfaces import RATE_AMPLITUDE
-from khr_common.status_values import real
+from khr_common.statuses import real
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from math import degrees, isfinite, nan
 
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import outcome_of
-from khr_common.status_values import integer, real
+from khr_common.statuses import integer, real
 
 COUNTED = {'missed_periods', 'stale_corrections'}
 FACTOR = 'real_time_factor'

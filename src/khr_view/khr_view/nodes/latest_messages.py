@@ -14,7 +14,7 @@ from khr_common.errors import MalformedError
 from khr_common.interfaces import Topic
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import check_run
+from khr_common.statuses import check_run
 
 
 class LatestMessages:

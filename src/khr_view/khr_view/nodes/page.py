@@ -18,7 +18,7 @@ from khr_common.block import NodeSpec
 from khr_common.errors import KhrError, one_line
 from khr_common.interfaces import DECISION, JOINT_STATES, PUSHED, ROBOT_DESCRIPTION, TRUE_POSE
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import KEY, check_run
+from khr_common.statuses import KEY, check_run
 from khr_description.robot import Robot
 from khr_view.controls import Control, Tunable, Value, tunables_of
 from khr_view.guard import listen

@@ -29,9 +29,8 @@ from khr_common.interfaces import (
     WORLD,
 )
 from khr_common.nodes.node import KhrNode
-from khr_common.run_identity import check_status
 from khr_common.stamps import RunTime
-from khr_common.status_values import real
+from khr_common.statuses import check_status, real
 from khr_description.robot import Robot
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, polled_topics
 from khr_view.charts.spectrum_lines import (

@@ -14,7 +14,7 @@ from khr_bringup.graph.following import START_TIMEOUT, _unfinished
 from khr_bringup.graph.reports import Reports, View
 from khr_common.errors import MalformedError
 from khr_common.nodes.messages import status
-from khr_common.run_identity import ready_text
+from khr_common.statuses import ready_text
 
 END = 12_000_000_000
 VIEW = View(

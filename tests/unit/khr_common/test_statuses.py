@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_common.errors import MalformedError
-from khr_common.status_values import integer, real
+from khr_common.statuses import integer, real
 
 TEXTS = st.text() | st.sampled_from(
     ['', 'nan', '-inf', '1e999', '1e308', '1_0', ' 3 ', '٣', '0x1', '9' * 50, '\ud800', '-0']
