@@ -6,20 +6,20 @@ import pytest
 from jinja2 import UndefinedError
 
 from khr_report.page.document import (
-    Bullets,
-    Passage,
-    Table,
-    Verdict,
+    bullets,
     duration,
+    grid,
     html,
     markdown,
     page_text,
+    passage,
+    verdict,
 )
 
 DOCUMENT = [
     'A text with <b> and | in it.',
-    Passage('Title', (Table(('a', 'b'), (('x | y', Verdict(False)), ('<z>', Verdict(None)))),)),
-    Bullets(('one', 'two')),
+    passage('Title', [grid(['a', 'b'], [['x | y', verdict(False)], ['<z>', verdict(None)]])]),
+    bullets(['one', 'two']),
 ]
 
 
@@ -81,9 +81,8 @@ Left out below two.
 
 Last.
 """
-POINTS = Bullets(('one', 'two'))
-ROWS = Table(('a',), (('| x',),))
-VALUES = {'share': 0.25, 'points': [POINTS, 'and'], 'rows': ROWS}
+POINTS = bullets(['one', 'two'])
+VALUES = {'share': 0.25, 'points': [POINTS, 'and'], 'rows': grid(['a'], [['| x']])}
 
 
 @pytest.fixture

@@ -1,13 +1,9 @@
-"""Parts of a document, written as Markdown, and templates for whole ones.
-
-A page has the same Markdown as HTML.
-"""
+"""Parts of a document and templates for whole ones, in Markdown; a page has them as HTML."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.resources import files
 from math import degrees
 from typing import Any, TypeVar
@@ -21,51 +17,11 @@ from khr_report.page.html import markdown_html
 Item = TypeVar('Item')
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """A cell that says whether a row agrees with the thesis."""
-
-    passed: bool | None  # None without a published number, or if it is undecided
-    undecided: bool = False  # whether the uncertainty leaves it open
-
-    def __str__(self) -> str:
-        if self.undecided:
-            return 'undecided'
-        return {True: 'pass', False: 'miss', None: 'no number published'}[self.passed]
+Columns = Mapping[str, Callable[[Item], str]]
 
 
-Cell = str | Verdict
-Columns = Mapping[str, Callable[[Item], Cell]]
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of cells under a head."""
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-
-
-@dataclass(frozen=True)
-class Bullets:
-    """A list."""
-
-    items: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Passage:
-    """Blocks under a title."""
-
-    title: str
-    blocks: tuple[Block, ...]
-
-
-Block = str | Table | Bullets | Passage  # a text is Markdown: a paragraph, or a whole page
-
-
-def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table:
-    """Make a table with a row for each item.
+def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> str:
+    """Write a table with a row for each item; nothing without items.
 
     Columns named in ``without`` are left out, and those without any text.
     """
@@ -75,8 +31,28 @@ def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table
         for head, cell in columns.items()
         if head not in without
     }
-    kept = {head: column for head, column in cells.items() if any(map(str, column))}
-    return Table(tuple(kept), tuple(zip(*kept.values(), strict=True)))
+    kept = {head: column for head, column in cells.items() if any(column)}
+    return grid([*kept], zip(*kept.values(), strict=True)) if every else ''
+
+
+def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Write a table of rows of cells under a head."""
+    return markdown_table(head, [[cell.replace('|', '\\|') for cell in row] for row in rows])
+
+
+def bullets(items: Iterable[str]) -> str:
+    """Write a list."""
+    return '\n'.join(f'- {item}' for item in items)
+
+
+def passage(title: str, blocks: Iterable[str], level: int = 2) -> str:
+    """Write blocks under a title; ``level`` is that of its heading."""
+    return f'{"#" * level} {title}\n\n{markdown(blocks)}'
+
+
+def verdict(passed: bool | None) -> str:
+    """Write whether a row agrees with the thesis; None: no number is published."""
+    return {True: 'pass', False: '**miss**', None: 'no number published'}[passed]
 
 
 def number(value: float | None, decimals: int) -> str:
@@ -94,36 +70,20 @@ def numbers(values: Iterable[float | None], decimals: int) -> str:
     return ', '.join(number(value, decimals) for value in values)
 
 
-def markdown(blocks: Iterable[Block], level: int = 2) -> str:
-    """Write blocks as Markdown; ``level`` is the level of their headings."""
-    return '\n\n'.join(_markdown(block, level) for block in blocks)
+def markdown(blocks: Iterable[str]) -> str:
+    """Join blocks, each of them Markdown: a paragraph, a table, a list or a whole page."""
+    return '\n\n'.join(block.strip() for block in blocks)
 
 
-def html(blocks: Iterable[Block]) -> Markup:
+def html(blocks: Iterable[str]) -> Markup:
     """Write blocks as HTML; headings are those of a part of a section."""
     return markdown_html(markdown(blocks))
-
-
-def _markdown(block: Block, level: int) -> str:
-    if isinstance(block, Table):
-        return markdown_table(block.head, [[*map(_markdown_cell, row)] for row in block.rows])
-    if isinstance(block, Bullets):
-        return '\n'.join(f'- {item}' for item in block.items)
-    if isinstance(block, Passage):
-        return f'{"#" * level} {block.title}\n\n{markdown(block.blocks, level + 1)}'
-    return block.strip()
-
-
-def _markdown_cell(cell: Cell) -> str:
-    text = str(cell).replace('|', '\\|')
-    return f'**{text}**' if isinstance(cell, Verdict) and cell.passed is False else text
 
 
 def page_text(module: str, name: str = '', **values: Any) -> str:
     """Fill a template, and return the page in Markdown, ending with a newline.
 
-    In the template ``x | f('.2f')`` formats a number; a table, list or passage is inserted as
-    Markdown.
+    In the template ``x | f('.2f')`` formats a number; a list of blocks is joined.
 
     Args:
         module: ``__name__`` of a module ``page``, whose template is ``page.md.j2`` beside it.
@@ -133,17 +93,14 @@ def page_text(module: str, name: str = '', **values: Any) -> str:
     package, _, own = module.rpartition('.')
     source = files(package).joinpath(f'{name or own}.md.j2').read_text(encoding='utf-8')
     environment = Environment(
-        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_as_markdown
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=lambda value: markdown(value) if isinstance(value, list | tuple) else value,
     )
     environment.filters['f'] = format
     text = environment.from_string(source).render(values)
     return re.sub(r'\n{3,}', '\n\n', text).strip() + '\n'  # blank lines of a skipped part
-
-
-def _as_markdown(value: Any) -> Any:
-    if isinstance(value, Table | Bullets | Passage):
-        return markdown([value])
-    return markdown(value) if isinstance(value, list | tuple) else value
 
 
 def duration(seconds: float) -> str:

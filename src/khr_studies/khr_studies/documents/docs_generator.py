@@ -25,7 +25,7 @@ from khr_common.block import NodeSpec
 from khr_common.files import write_text
 from khr_common.interfaces import JOINTS, Topic
 from khr_common.parameters import Specification
-from khr_report.page.document import Columns, Passage, page_text, table
+from khr_report.page.document import Columns, page_text, passage, table
 from khr_studies.calibration.page import page as calibration_markdown
 from khr_studies.calibration.study import Calibration
 from khr_studies.measuring.json_file import read_json
@@ -153,7 +153,7 @@ def _of_any(topic: Topic) -> Topic:
     return replace(topic, name=name) if robot in ROBOTS else topic
 
 
-def _node(name: str, node: RegisteredNode) -> Passage:
+def _node(name: str, node: RegisteredNode) -> str:
     """Return the passage about a node: its topics and parameters."""
     spec = node.spec
     subscribed, published = (
@@ -165,7 +165,7 @@ def _node(name: str, node: RegisteredNode) -> Passage:
     )
     publishes = f' Publishes {published}.' if published else ''
     role = ' It answers every sample.' if spec.block else ' A run waits for it.' * spec.listens
-    return Passage(
+    return passage(
         f'{name} ({spec.package})',
         (
             f'Subscribes to {subscribed}{corrected}.{publishes}{role}',

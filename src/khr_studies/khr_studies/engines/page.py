@@ -10,7 +10,7 @@ import pandas as pd
 
 from khr_bringup.code_version import library_versions
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, page_text, table
+from khr_report.page.document import Columns, grid, page_text, table
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.engines.study import (
     ENGINES,
@@ -64,12 +64,12 @@ def page(runs: pd.DataFrame) -> str:
             if len(found)
         ],
         walk=WALK,
-        walks=Table(
-            ('engine', 'change', *(QUANTITIES[name] for name in measured)),
-            tuple(
-                (row['engine'], row['change'], *(_value(row[name]) for name in measured))
+        walks=grid(
+            ['engine', 'change', *(QUANTITIES[name] for name in measured)],
+            [
+                [row['engine'], row['change'], *(_value(row[name]) for name in measured)]
                 for row in walks.to_dict('records')
-            ),
+            ],
         ),
     )
 

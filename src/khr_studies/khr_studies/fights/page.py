@@ -8,7 +8,7 @@ import pandas as pd
 
 from khr_analysis.referee import BLUE, RED, ROBOTS
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, page_text, table
+from khr_report.page.document import Columns, grid, page_text, table
 from khr_report.plots.plot_style import save
 from khr_studies.fights import study
 from khr_studies.fights.figure import winners_figure
@@ -99,7 +99,7 @@ def _count(rows: list[Row], effect: str) -> int:
     return sum(row['effect'] == effect for row in rows)
 
 
-def _tally(rows: list[Row]) -> Table:
+def _tally(rows: list[Row]) -> str:
     """Count the effects by the kind of fight."""
     kinds = {
         'duel, both shove': [row for row in rows if row['bout'] == DUEL],
@@ -107,12 +107,12 @@ def _tally(rows: list[Row]) -> Table:
         'blue, who defends': [r for r in rows if r['bout'] != DUEL and r['robot'] == BLUE],
         'all': rows,
     }
-    return Table(
-        ('fighter', 'fights', *EFFECTS),
-        tuple(
-            (name, str(len(own)), *(str(_count(own, effect)) for effect in EFFECTS))
+    return grid(
+        ['fighter', 'fights', *EFFECTS],
+        [
+            [name, str(len(own)), *(str(_count(own, effect)) for effect in EFFECTS)]
             for name, own in kinds.items()
-        ),
+        ],
     )
 
 
@@ -128,7 +128,7 @@ def _fallen(cells: pd.DataFrame) -> list[Row]:
     return found
 
 
-def _cells(cells: pd.DataFrame, engine: str) -> Table:
+def _cells(cells: pd.DataFrame, engine: str) -> str:
     return table(cells[cells['engine'] == engine].to_dict('records'), CELLS)
 
 

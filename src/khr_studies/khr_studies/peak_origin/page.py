@@ -9,16 +9,7 @@ import numpy as np
 
 from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
-from khr_report.page.document import (
-    Block,
-    Bullets,
-    Columns,
-    Table,
-    markdown,
-    page_text,
-    rate,
-    table,
-)
+from khr_report.page.document import Columns, bullets, markdown, page_text, rate, table
 from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin import origin
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
@@ -36,7 +27,7 @@ SPAN = 11.0  # Hz, range of possible control frequencies
 LINE_DISTANCE = 0.05  # distance from a line, in lines
 
 
-def blocks(found: PeakStudy) -> list[Block]:
+def blocks(found: PeakStudy) -> list[str]:
     """Return the document on the origin of the peaks of a walk."""
     bands = {band for each in found.judged for band in each.bands}  # peaks of a loop share them
     distances = distances_from_lines([peak.frequency for peak in THESIS_PEAKS], GAIT_PERIOD)
@@ -82,10 +73,10 @@ def recorded_page(found: RecordedPeaks) -> str:
         'of the largest': lambda peak: f'{100.0 * peak.amplitude / largest:.0f} %',
         'place': found.place,
     }
-    texts: list[Block] = [
+    texts: list[str] = [
         f'{found.run}: {found.signal}, from {part}.',
         table(found.peaks, columns) if found.peaks else 'No line stands out of the noise.',
-        Bullets(found.notes),
+        bullets(found.notes),
     ]
     if found.cycle:
         texts.append(
@@ -110,7 +101,7 @@ LINE_COLUMNS: Columns[Line] = {
 }
 
 
-def _bands(bands: Sequence[Band]) -> Table:
+def _bands(bands: Sequence[Band]) -> str:
     return table(
         [(band, band.found) for band in bands if band.found is not None],
         {
@@ -147,11 +138,9 @@ JUDGED_COLUMNS: Columns[JudgedPeak] = {
 }
 
 
-def _evidence(lines: Sequence[Line]) -> Bullets:
-    return Bullets(
-        tuple(
-            f'{line.frequency:.2f} Hz, {line.label}: '
-            + '; '.join(f'{name}: {each.words}' for name, each in line.evidence.items())
-            for line in lines
-        )
+def _evidence(lines: Sequence[Line]) -> str:
+    return bullets(
+        f'{line.frequency:.2f} Hz, {line.label}: '
+        + '; '.join(f'{name}: {each.words}' for name, each in line.evidence.items())
+        for line in lines
     )

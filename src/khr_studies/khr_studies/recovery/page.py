@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from khr_common.files import write_text
-from khr_report.page.document import Bullets, Columns, Verdict, page_text, table
+from khr_report.page.document import Columns, bullets, page_text, table, verdict
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.run_table import write_table
 from khr_studies.push.study import SOURCES
@@ -52,7 +52,7 @@ def page(runs: pd.DataFrame, name: str) -> str:
         files=name,
         gain=GAIN,
         default=table(default, COLUMNS),
-        missed=Bullets(missed) if missed else '',
+        missed=bullets(missed),
         above=sum(row['held'] > bound[row['case']]['step'] for row in default),
         rows=len(default),
         oblique=table(oblique_pushes(oblique), OBLIQUE),
@@ -191,7 +191,7 @@ COLUMNS: Columns[Row] = {
     'goal': lambda row: f'{row["goal"]:.1f}',
     'holes, N s': _holes,
     'largest slip, mm': lambda row: f'{1e3 * row["slip"]:.0f}',
-    'verdict': lambda row: Verdict(row['met']),
+    'verdict': lambda row: verdict(row['met']),
 }
 ROBOT_COLUMNS: Columns[Row] = {
     'push': COLUMNS['push'],

@@ -8,17 +8,7 @@ from statistics import median
 
 import pandas as pd
 
-from khr_report.page.document import (
-    Block,
-    Columns,
-    Passage,
-    Table,
-    duration,
-    markdown,
-    number,
-    rate,
-    table,
-)
+from khr_report.page.document import Columns, duration, markdown, number, passage, rate, table
 from khr_studies.measuring.run_table import Records
 from khr_studies.peak_origin.study import LISTED, NUMBER
 from khr_studies.reproduction.findings import Findings
@@ -112,7 +102,7 @@ def findings_markdown(findings: Findings) -> str:
     return f'# Findings\n\n{notice}\n\n{markdown(blocks(findings))}\n'
 
 
-def blocks(findings: Findings) -> list[Block]:
+def blocks(findings: Findings) -> list[str]:
     """Return the document of the findings, without its title."""
     board = findings.scoreboard
     is_open = board is not None and any(row['verdict'] == 'undecided' for row in board.rows)
@@ -120,11 +110,11 @@ def blocks(findings: Findings) -> list[Block]:
         QUESTION,
         _answer(findings),
         *([table(_subjects(board), SUBJECT_COLUMNS)] if board else []),
-        Passage('Confirmed by the simulation', _rows(board, 'passed')),
-        Passage('Contradicted', _rows(board, 'missed')),
-        *([Passage('Undecided', _rows(board, 'undecided'))] if is_open else []),
-        Passage('Beyond the thesis', _added(findings)),
-        Passage('How to repeat it', (_repeat(findings),)),
+        passage('Confirmed by the simulation', _rows(board, 'passed')),
+        passage('Contradicted', _rows(board, 'missed')),
+        *([passage('Undecided', _rows(board, 'undecided'))] if is_open else []),
+        passage('Beyond the thesis', _added(findings)),
+        passage('How to repeat it', (_repeat(findings),)),
     ]
 
 
@@ -135,7 +125,7 @@ def _answer(findings: Findings) -> str:
     return f'{summary} {scoreboard.QUICK}' if findings.fast else summary
 
 
-def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
+def _rows(board: Scoreboard | None, verdict: str) -> tuple[str, ...]:
     """Return the tables of the rows with a verdict."""
     if board is None:
         return (NO_ROW,)
@@ -171,7 +161,7 @@ def _subjects(board: Scoreboard) -> list[Row]:
     return [row for row in counts if any(row[name] for name in VERDICTS)]
 
 
-def _added(findings: Findings) -> tuple[Block, ...]:
+def _added(findings: Findings) -> tuple[str, ...]:
     """Return the tables of results that the thesis lacks."""
     board = findings.scoreboard
     parts = (
@@ -206,10 +196,10 @@ def _added(findings: Findings) -> tuple[Block, ...]:
     return _passages(parts)
 
 
-def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
+def _passages(parts: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
     """Return the tables that have rows, each under its title and its text."""
     found = tuple(
-        Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
+        passage(title, [text, of] if text else [of], level=3) for title, text, of in parts if of
     )
     return found or (NO_ROW,)
 

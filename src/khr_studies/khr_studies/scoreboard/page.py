@@ -11,16 +11,15 @@ from typing import Any
 
 from khr_common.files import write_text
 from khr_report.page.document import (
-    Block,
     Columns,
-    Table,
-    Verdict,
+    grid,
     markdown,
     number,
     numbers,
     page_text,
     rate,
     table,
+    verdict,
 )
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
@@ -93,10 +92,10 @@ def _trend(row: Row) -> str:
     return f'{numbers(values, decimals)} {unit}'
 
 
-def _verdict(row: Row) -> Verdict:
-    verdict = row['verdict']
-    passed = {'passed': True, 'missed': False}.get(verdict)
-    return Verdict(passed, verdict == 'undecided')
+def _verdict(row: Row) -> str:
+    if row['verdict'] == 'undecided':
+        return 'undecided'
+    return verdict({'passed': True, 'missed': False}.get(row['verdict']))
 
 
 PLACE: Columns[Row] = {'source': lambda row: row.get('source', '')}
@@ -229,7 +228,7 @@ def totals(rows: Iterable[Row]) -> str:
     )
 
 
-def blocks(board: Scoreboard) -> list[Block]:
+def blocks(board: Scoreboard) -> list[str]:
     """Return the document of a scoreboard, without its title."""
     explained = board.explanations or ()
     text = page_text(
@@ -280,20 +279,22 @@ def write(board: Scoreboard, out: Path) -> str:
     return summary(board)
 
 
-def _explanation_table(explanations: Records) -> Table:
+def _explanation_table(explanations: Records) -> str:
+    if not explanations:
+        return ''
     changes = list(dict.fromkeys(name for each in explanations for name in each['shifts']))
-    return Table(
-        ('condition', 'thesis, deg', 'seed 0, deg', *changes, 'closest to the thesis'),
-        tuple(
-            (
+    return grid(
+        ['condition', 'thesis, deg', 'seed 0, deg', *changes, 'closest to the thesis'],
+        [
+            [
                 each['condition'],
                 f'{each["thesis_deg"]:g}',
                 f'{each["deg"]:.2f}',
                 *(_signed(each['shifts'].get(name)) or '-' for name in changes),
                 closest(each),
-            )
+            ]
             for each in explanations
-        ),
+        ],
     )
 
 

@@ -14,7 +14,7 @@ import pyarrow as pa
 from khr_common.errors import KhrError
 from khr_common.files import write_text, written
 from khr_report.output import csv_text, make_folder
-from khr_report.page.document import Block, Columns, Table, markdown, number, rate, table
+from khr_report.page.document import Columns, grid, markdown, number, rate, table
 from khr_report.plots.plot_style import save, styled
 from khr_studies.measuring.run_table import Records, run_table, tally, wilson, write_table
 from khr_studies.stability_map.figure import figure
@@ -34,7 +34,7 @@ from khr_sweeps.results.folder import read_results, request_of
 from khr_sweeps.trial import Row
 
 
-def blocks(result: MapResult) -> list[Block]:
+def blocks(result: MapResult) -> list[str]:
     """Return the results of a map as tables and text."""
     if result.soles:
         return _soles(result)
@@ -47,7 +47,7 @@ def blocks(result: MapResult) -> list[Block]:
     return _gains(result)
 
 
-def _gains(result: MapResult) -> list[Block]:
+def _gains(result: MapResult) -> list[str]:
     columns: Columns[Row] = {
         'inclination, deg': lambda row: f'{row[INCLINATION]:g}',
         f'best {GAINS.get(result.name, result.name)}': lambda row: f'{row[result.name]:g}',
@@ -62,7 +62,7 @@ def _gains(result: MapResult) -> list[Block]:
     return [table(result.best, columns), text]
 
 
-def _soles(result: MapResult) -> list[Block]:
+def _soles(result: MapResult) -> list[str]:
     head = (
         'inclination, deg',
         *(
@@ -71,14 +71,14 @@ def _soles(result: MapResult) -> list[Block]:
             for quantity in ('stay up', 'slip, mm', 'vibration, deg/s')
         ),
     )
-    rows = tuple(
-        (f'{row[INCLINATION]:g}', *_of_sole(row, '_smooth'), *_of_sole(row, '_rubber'))
+    rows = [
+        [f'{row[INCLINATION]:g}', *_of_sole(row, '_smooth'), *_of_sole(row, '_rubber')]
         for row in result.soles
-    )
+    ]
     return [
         f'Smooth is friction {SMOOTH:g}, rubber {RUBBER:g}. Slip and vibration are medians of the '
         'runs that stay up.',
-        Table(head, rows),
+        grid(head, rows),
         _limit_table('friction', result.limits),
         _effect(result.soles),
     ]
@@ -113,7 +113,7 @@ def _of_sole(row: Row, sole: str) -> tuple[str, str, str]:
     )
 
 
-def _limit_table(name: str, limits: Records) -> Table:
+def _limit_table(name: str, limits: Records) -> str:
     columns: Columns[Row] = {
         name: lambda row: f'{row["value"]:g}',
         'half of the runs stay up to, deg': lambda row: number(row['deg'], 2),

@@ -10,7 +10,7 @@ import numpy as np
 
 from khr_balance.controllers import AnkleControllerParameters
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, number, page_text, table
+from khr_report.page.document import Columns, grid, number, page_text, table
 from khr_report.plots.plot_style import save
 from khr_sim.sensors import FootForceParameters
 from khr_studies.measuring.run_table import write_table
@@ -115,7 +115,7 @@ def _checks(plane: Plane) -> Columns[dict[str, Any]]:
     }
 
 
-def _grid(plane: Plane, hip_gain: float) -> Table:
+def _grid(plane: Plane, hip_gain: float) -> str:
     """Return limits and overshoots over the plane with a hip gain."""
     limits = plane.limits(hip_gain)
     rates = plane.grid('overshoot_rad_s', hip_gain).to_numpy()
@@ -123,10 +123,10 @@ def _grid(plane: Plane, hip_gain: float) -> Table:
     def cell(limit: float, rate: float) -> str:
         return f'{limit:.1f} ({"-" if isnan(rate) else f"{degrees(rate):.0f}"})'
 
-    return Table(
-        ('', *(f'{1e3 * scale:g}' for scale in plane.scales)),
-        tuple(
-            (f'{time:g}', *map(cell, *values))
+    return grid(
+        ['', *(f'{1e3 * scale:g}' for scale in plane.scales)],
+        [
+            [f'{time:g}', *map(cell, *values)]
             for time, *values in zip(plane.times, limits, rates, strict=True)
-        ),
+        ],
     )
