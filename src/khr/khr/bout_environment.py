@@ -24,7 +24,7 @@ from khr.agent import (
 )
 from khr.arguments import checked
 from khr.runs import named
-from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS, Referee
+from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS, judge
 from khr_bringup.bout.bout import Bout, load_bout
 from khr_common import KhrError
 from khr_sim.physics.body import Start
@@ -128,7 +128,7 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         starts = {f'referee.{each}': given[each] for each in STARTS if each in given}
         bout = _changed(self._base, {'simulator.seed': drawn, **starts})
         robots = bout.in_round(0)
-        self._referee = Referee(bout.rules)
+        self._rules = bout.rules
         self._robots = {name: Agent(scenario) for name, scenario in robots.items()}
         plant = self._begin(bout, [each.table(RunParameters) for each in robots.values()])
         plant.start([each.loop.reference(0.0) for each in self._robots.values()])
@@ -156,7 +156,7 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         self._plant.advance()
         observations, infos = self._observe(), self._infos()
         places = {name: truth.position.tolist() for name, truth in self._truths.items()}
-        decision = self._referee.judge(infos[RED]['time'], self._outcomes, places)
+        decision = judge(self._rules, infos[RED]['time'], self._outcomes, places)
         rewards = dict.fromkeys(ROBOTS, 0.0)
         if decision is None:
             over = cut = False

@@ -82,30 +82,22 @@ def find_tones(
     amplitude = np.abs(transform)
     inner = amplitude[1:-1]
     is_peak = (inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner >= floor)
-    bins = 1 + np.flatnonzero(is_peak)
-    tones = [_tone(transform, int(k), window, spacing, center, fundamental) for k in bins]
+    tones = []
+    for k in (1 + np.flatnonzero(is_peak)).tolist():
+        delta = offset(transform[k - 1 : k + 2], window)
+        frequency = (k + delta) * spacing
+        # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin gives
+        # its phase at the center of the window's weight.
+        phase = float(np.angle(transform[k])) - 2.0 * np.pi * delta * center
+        tones.append(
+            Peak(
+                frequency,
+                float(abs(transform[k])) / window.lobe(delta),
+                float(np.angle(np.exp(1j * phase))),
+                label(frequency, fundamental, spacing),
+            )
+        )
     return tuple(sorted(tones, key=lambda tone: -tone.amplitude)[:count])
-
-
-def _tone(
-    transform: ComplexArray,
-    k: int,
-    window: Window,
-    spacing: float,
-    center: float,
-    fundamental: float,
-) -> Peak:
-    delta = offset(transform[k - 1 : k + 2], window)
-    frequency = (k + delta) * spacing
-    # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin gives its
-    # phase at the center of the window's weight.
-    phase = float(np.angle(transform[k])) - 2.0 * np.pi * delta * center
-    return Peak(
-        frequency,
-        float(abs(transform[k])) / window.lobe(delta),
-        float(np.angle(np.exp(1j * phase))),
-        label(frequency, fundamental, spacing),
-    )
 
 
 def offset(neighbours: Sequence[complex] | ComplexArray, window: Window) -> float:

@@ -104,39 +104,34 @@ def beyond(place: Sequence[float], width: float) -> bool:
     return max(x, y, (x + y) / sqrt(2.0)) > width / 2.0
 
 
-class Referee:
-    """Judge one round by the outcomes and places of both robots.
+def judge(
+    rules: RefereeParameters,
+    time: float,
+    outcomes: Mapping[str, Outcome],
+    places: Mapping[str, Sequence[float]],
+) -> Decision | None:
+    """Return the decision of a round at a sample; None while the round goes on.
 
     A robot loses that has stayed down for the time of the rules, or that has left the ring with
     its torso. While both are down both are counted: a round that both lose, or that reaches
     its time limit, is a draw.
+
+    Args:
+        rules: of the bout.
+        time: of the sample, s.
+        outcomes: of both robots so far; each falls as soon as it is down.
+        places: of both torsos on the ground, x and y in m.
     """
-
-    def __init__(self, rules: RefereeParameters) -> None:
-        self._rules = rules
-
-    def judge(
-        self, time: float, outcomes: Mapping[str, Outcome], places: Mapping[str, Sequence[float]]
-    ) -> Decision | None:
-        """Return the decision at a sample; None while the round goes on.
-
-        Args:
-            time: of the sample, s.
-            outcomes: of both robots so far; each falls as soon as it is down.
-            places: of both torsos on the ground, x and y in m.
-        """
-        out = [robot for robot in ROBOTS if beyond(places[robot], self._rules.ring_width)]
-        if out:
-            return _lost(out, 'out of the ring', time)
-        down = {
-            robot: each.fell_at for robot, each in outcomes.items() if each.fell_at is not None
-        }
-        counted = [robot for robot, since in down.items() if time - since >= self._rules.down_time]
-        if counted and len(counted) == len(down):
-            return _lost(counted, f'down for {self._rules.down_time:g} s', time)
-        if time >= self._rules.time_limit - 1e-9:
-            return Decision(DRAW, 'time', time)
-        return None
+    out = [robot for robot in ROBOTS if beyond(places[robot], rules.ring_width)]
+    if out:
+        return _lost(out, 'out of the ring', time)
+    down = {robot: each.fell_at for robot, each in outcomes.items() if each.fell_at is not None}
+    counted = [robot for robot, since in down.items() if time - since >= rules.down_time]
+    if counted and len(counted) == len(down):
+        return _lost(counted, f'down for {rules.down_time:g} s', time)
+    if time >= rules.time_limit - 1e-9:
+        return Decision(DRAW, 'time', time)
+    return None
 
 
 def _lost(robots: Sequence[str], how: str, time: float) -> Decision:
@@ -162,7 +157,6 @@ class RefereeBlock(Block[RefereeParameters]):
         self._seen = {
             robot: [(topic, topic.under(robot)) for topic in OBSERVED] for robot in ROBOTS
         }
-        self._referee = Referee(parameters)
         self.decision: Decision | None = None
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
@@ -176,7 +170,7 @@ class RefereeBlock(Block[RefereeParameters]):
                 for robot, monitor in self._monitors.items()
             }
             places = {robot: signals[TRUE_POSE.under(robot)] for robot in ROBOTS}
-            self.decision = self._referee.judge(time, outcomes, places)
+            self.decision = judge(self.parameters, time, outcomes, places)
         if self.decision is None:
             return ((0.0, 0.0),)
         return ((1.0, float((DRAW, *ROBOTS).index(self.decision.winner))),)

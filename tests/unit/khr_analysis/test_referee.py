@@ -5,7 +5,7 @@ from math import cos, radians, sin
 import pytest
 
 from khr_analysis.outcome import OBSERVED, Outcome
-from khr_analysis.referee import Referee, RefereeBlock, RefereeParameters, beyond
+from khr_analysis.referee import RefereeBlock, RefereeParameters, beyond, judge
 from khr_common import ParameterError, build
 from khr_common.interfaces import TRUE_POSE, TRUE_SOLES
 
@@ -38,17 +38,17 @@ def outcomes(**fallen):
     ],
 )
 def test_who_stays_down_loses(time, fallen, expected):
-    decision = Referee(RULES).judge(time, outcomes(**fallen), INSIDE)
+    decision = judge(RULES, time, outcomes(**fallen), INSIDE)
     assert (decision and decision[:2]) == expected
     assert decision is None or decision.time == time
 
 
 def test_who_leaves_the_ring_loses_at_once_also_lying():
     out = {'red': (0.1, -0.95, 0.05)}
-    decision = Referee(RULES).judge(1.0, outcomes(red=0.5, blue=0.2), INSIDE | out)
+    decision = judge(RULES, 1.0, outcomes(red=0.5, blue=0.2), INSIDE | out)
     assert decision[:2] == ('blue', 'red out of the ring')
     both = {robot: (0.95, 0.0, 0.1) for robot in INSIDE}
-    assert Referee(RULES).judge(1.0, outcomes(), both)[:2] == ('draw', 'both out of the ring')
+    assert judge(RULES, 1.0, outcomes(), both)[:2] == ('draw', 'both out of the ring')
 
 
 @pytest.mark.parametrize(

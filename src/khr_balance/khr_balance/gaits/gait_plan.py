@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
 from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.plan import JointPlan, Plan, Sole
-from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, RestingPath
+from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Keys, Path, RestingPath
 from khr_common.interfaces import other_side
-
-
-class Key(NamedTuple):
-    """A position at a time."""
-
-    time: float
-    place: float
 
 
 def plan_motion(parameters: GaitParameters) -> Plan | JointPlan:
@@ -27,33 +17,31 @@ def plan_motion(parameters: GaitParameters) -> Plan | JointPlan:
     Raises:
         GaitError: if key frames are not accepted.
     """
-    if parameters.motion == 'file':
-        return plan_from_file(parameters)
-    plans = {'stand': _stand, 'guard': _guard, 'walk': _walk, 'leg_lift': _leg_lift}
-    return plans[parameters.motion](parameters)
+    p = parameters
+    if p.motion == 'file':
+        return plan_from_file(p)
+    if p.motion == 'walk':
+        return _Walk(p).plan()
+    if p.motion == 'leg_lift':
+        return _leg_lift(p)
+    if p.motion == 'stand':
+        return _stance(p, p.com_stance, 0.0, p.hip_height)
+    left_ahead = p.guard_split if p.first_foot == 'left' else -p.guard_split
+    return _stance(p, p.guard_com, left_ahead, p.guard_height)
 
 
-def _rests(keys: Sequence[Key]) -> Path:
+def _rests(keys: Keys) -> Path:
     """Return a path that rests at every key: minimum-jerk quintics, C2."""
     return RestingPath(*zip(*keys, strict=True))
 
 
-def _flows(keys: Sequence[Key]) -> Path:
+def _flows(keys: Keys) -> Path:
     """Return a path through the keys that rests at both ends only: a cubic spline, C2."""
     return ClampedSpline(*zip(*keys, strict=True))
 
 
-def _stand(p: GaitParameters) -> Plan:
-    return _stance(p, p.com_stance, 0.0, p.hip_height)
-
-
-def _guard(p: GaitParameters) -> Plan:
-    """Stand crouched with one foot ahead, the centre of mass midway between the soles."""
-    left = p.guard_split if p.first_foot == 'left' else -p.guard_split
-    return _stance(p, p.guard_com, left, p.guard_height)
-
-
 def _stance(p: GaitParameters, com: float, left_ahead: float, hip_height: float) -> Plan:
+    """Stand upright, or crouched with one foot ahead, the guard."""
     half, flat = p.foot_spread / 2.0, ConstantPath(0.0)
     return Plan(
         duration=p.start_delay + p.end_pause,
@@ -76,13 +64,11 @@ def _leg_lift(p: GaitParameters) -> Plan:
     half = p.foot_spread / 2.0
 
     def shift(place: float) -> Path:
-        return _rests(
-            [Key(p.start_delay, 0.0), Key(shifted, place), Key(back, place), Key(end, 0.0)]
-        )
+        return _rests([(p.start_delay, 0.0), (shifted, place), (back, place), (end, 0.0)])
 
     def lift(low: float, high: float) -> Path:
-        held = [Key(down, high)] if down > up else []
-        return _rests([Key(shifted, low), Key(up, high), *held, Key(back, low)])
+        held = [(down, high)] if down > up else []
+        return _rests([(shifted, low), (up, high), *held, (back, low)])
 
     def raised(side: str) -> Path:
         return lift(0.0, p.lift) if side == p.first_foot[0] else ConstantPath(0.0)
@@ -103,19 +89,12 @@ def _leg_lift(p: GaitParameters) -> Plan:
     )
 
 
-def _walk(p: GaitParameters) -> Plan:
-    """Walk straight: half a cycle, the whole cycles, half a cycle, stance to stance."""
-    walk = _Walk(p)
-    for number in range(walk.steps):
-        walk.take_step(number)
-    return walk.plan()
-
-
 class _Walk:
-    """Collect the keys of a walk step by step; a step is half a cycle.
+    """Collect the keys of a straight walk step by step; a step is half a cycle.
 
-    The first step moves one foot a stride ahead, each further step moves the rear foot past the
-    front foot, and the last step moves it beside the front foot.
+    From stance to stance it is half a cycle, the whole cycles, and half a cycle. The first step
+    moves one foot a stride ahead, each further step moves the rear foot past the front foot, and
+    the last step moves it beside the front foot.
     """
 
     def __init__(self, p: GaitParameters) -> None:
@@ -126,12 +105,14 @@ class _Walk:
         self._lift_off, self._high, self._over, self._down = ends[:4].tolist()
         self._place = {'l': 0.0, 'r': 0.0}
         self._forward, self._upward, self._tipping = (
-            {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3)
+            {side: [(0.0, 0.0)] for side in self._place} for _ in range(3)
         )
-        self._com_x = [Key(p.start_delay, p.com_stance + p.walk_start_shift)]
-        self._com_y = [Key(p.start_delay, 0.0)]
+        self._com_x = [(p.start_delay, p.com_stance + p.walk_start_shift)]
+        self._com_y = [(p.start_delay, 0.0)]
+        for number in range(self.steps):
+            self._take_step(number)
 
-    def take_step(self, number: int) -> None:
+    def _take_step(self, number: int) -> None:
         """Add the keys of one step, counted from 0."""
         p, start = self._p, self._start(number)
         last = number == self.steps - 1
@@ -139,33 +120,33 @@ class _Walk:
         here, before = self._place[stance], self._place[swing]
         self._place[swing] = here if last else here + p.stride
         self._forward[swing] += [
-            Key(start + self._lift_off, before),
-            Key(start + self._down, self._place[swing]),
+            (start + self._lift_off, before),
+            (start + self._down, self._place[swing]),
         ]
         self._upward[swing] += [
-            Key(start + self._lift_off, 0.0),
-            Key(start + self._high, p.lift),
-            Key(start + self._over, p.lift),
-            Key(start + self._down, 0.0),
+            (start + self._lift_off, 0.0),
+            (start + self._high, p.lift),
+            (start + self._over, p.lift),
+            (start + self._down, 0.0),
         ]
         if number > 0:
             self._tipping[swing] += [
-                Key(start, 0.0),
-                Key(start + self._lift_off, p.heel_off),
-                Key(start + self._over, 0.0),
+                (start, 0.0),
+                (start + self._lift_off, p.heel_off),
+                (start + self._over, 0.0),
             ]
         if not last:
             shift = 0.0 if number else p.first_step_shift
             self._com_x += [
-                Key(start + self._high, here + p.com_lifted + shift),
-                Key(start + self._down, here + p.com_touchdown),
+                (start + self._high, here + p.com_lifted + shift),
+                (start + self._down, here + p.com_touchdown),
             ]
         self._sway(start, p.sway if stance == 'l' else -p.sway)
 
     def plan(self) -> Plan:
-        """Return the plan of the added steps."""
+        """Return the plan of all steps."""
         p, finish = self._p, self._start(self.steps)
-        com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance + p.walk_start_shift)]
+        com_x = [*self._com_x, (finish, self._place['l'] + p.com_stance + p.walk_start_shift)]
         sole = {
             side: Sole(
                 y, *(_rests(keys[side]) for keys in (self._forward, self._upward, self._tipping))
@@ -191,5 +172,5 @@ class _Walk:
     def _sway(self, start: float, sway: float) -> None:
         """Follow half a sine towards the stance foot, through the ends of single support."""
         for time in (self._lift_off, (self._lift_off + self._down) / 2.0, self._down):
-            self._com_y.append(Key(start + time, sway * np.sin(np.pi * time / self._step_time)))
-        self._com_y.append(Key(start + self._step_time, 0.0))
+            self._com_y.append((start + time, sway * np.sin(np.pi * time / self._step_time)))
+        self._com_y.append((start + self._step_time, 0.0))

@@ -10,7 +10,6 @@ in closed form, with all offsets of the real leg.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,14 +27,10 @@ _UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ROBOT = Robot.load()
 
 
-def _floats(vector: Array) -> tuple[float, float, float]:
-    x, y, z = map(float, vector)
-    return x, y, z
-
-
-def _origin(joint: str) -> tuple[float, float, float]:
+def _origin(joint: str) -> list[float]:
     """Return the position of a joint in its parent's frame, m."""
-    return _floats(ROBOT.joints[joint].origin)
+    place: list[float] = ROBOT.joints[joint].origin.tolist()
+    return place
 
 
 # Geometry of the left leg (mirrored in y for the right leg), m.
@@ -44,18 +39,18 @@ HIP_DROP = -_origin('l_hip_pitch')[2]  # hip roll down to hip pitch, and ankle p
 LINK = -_origin('l_knee')[2]  # thigh and shank
 SOLE_DROP = -_origin('l_sole_frame')[2]  # ankle roll down to the sole
 SOLE_OUT = _origin('l_sole_frame')[1]  # the sole's centre outboard of the ankle-roll axis
+SOLE_AT = {'l': (0.0, SOLE_OUT, -SOLE_DROP), 'r': (0.0, -SOLE_OUT, -SOLE_DROP)}
 TOE_X, HEEL_X = _origin('l_toe_frame')[0], _origin('l_heel_frame')[0]  # ends of the sole
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """A rigid part that turns about one axis; joint in the parent's, centre in its own frame, m."""
 
     parent: str  # the parent's joint; empty for the torso
     axis: int  # 0, 1, 2: x, y, z
-    joint_at: tuple[float, float, float]
+    joint_at: Sequence[float]
     mass: float  # kg
-    centre: tuple[float, float, float]
+    centre: Sequence[float]
 
 
 def _parts() -> dict[str, Part]:
@@ -67,14 +62,14 @@ def _parts() -> dict[str, Part]:
             int(np.argmax(joint.axis)),
             _origin(joint.name),
             ROBOT.links[child].mass,
-            _floats(ROBOT.links[child].center_of_mass),
+            ROBOT.links[child].center_of_mass.tolist(),
         )
         for child, joint in moving.items()
     }
 
 
 TORSO_MASS = ROBOT.links[TORSO].mass
-TORSO_CENTRE = _floats(ROBOT.links[TORSO].center_of_mass)
+TORSO_CENTRE = ROBOT.links[TORSO].center_of_mass.tolist()
 PARTS = _parts()
 MASS = ROBOT.mass  # kg
 _LEG_NAME = {'l': 'left', 'r': 'right'}
@@ -129,16 +124,12 @@ def forward(angles: ArrayLike) -> Posture:
     shape = q.shape[1:]
     return Posture(
         _array(moment, shape) / MASS,
-        {side: _array(_sole(side, *frame), shape) for side, frame in feet.items()},
+        {side: _array(_beyond(*feet[side], SOLE_AT[side]), shape) for side in SIDES},
         {side: _array(axes, shape) for side, (_, axes) in feet.items()},
     )
 
 
-def _sole(side: str, origin: Triple, axes: Axes) -> Triple:
-    return _beyond(origin, axes, (0.0, SOLE_OUT if side == 'l' else -SOLE_OUT, -SOLE_DROP))
-
-
-def _beyond(origin: Triple, axes: Axes, offset: tuple[float, float, float]) -> Triple:
+def _beyond(origin: Triple, axes: Axes, offset: Sequence[float]) -> Triple:
     """Return an origin plus an offset along axes."""
     dx, dy, dz = offset
     (ox, oy, oz), (a, b, c), (d, e, f), (g, h, i) = origin, *axes

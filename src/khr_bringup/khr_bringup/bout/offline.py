@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from khr_analysis.outcome import Outcome
-from khr_analysis.referee import Decision, Referee
+from khr_analysis.referee import Decision, judge
 from khr_bringup.bout.bout import Bout
 from khr_bringup.bout.result import BoutResult, Round, fight
 from khr_bringup.changes import Change
@@ -65,7 +65,7 @@ def _run_round(
         name: _pushed(scenario, influences[name].pushes)
         for name, scenario in bout.in_round(number).items()
     }
-    referee, decided = Referee(bout.rules), list[Decision]()
+    rules, decided = bout.rules, list[Decision]()
     plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
     try:
         loops = {name: ControlLoop(each) for name, each in robots.items()}
@@ -81,7 +81,7 @@ def _run_round(
             watch(truths, loops)
             now = plant.truths[0].stamp_ns / 1e9
             places = {name: truth.position.tolist() for name, truth in truths.items()}
-            if not decided and (decision := referee.judge(now, outcomes(), places)):
+            if not decided and (decision := judge(rules, now, outcomes(), places)):
                 decided.append(decision)
             return REFEREE if decided else ''
 
