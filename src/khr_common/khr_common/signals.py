@@ -8,7 +8,8 @@ from math import exp
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from khr_common.rotation import Array
+
 GAP = 3.5  # periods between two samples, above which there is a gap; shorter ones are bridged
 
 

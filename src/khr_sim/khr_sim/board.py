@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from math import isfinite, radians
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.errors import KhrError
 from khr_common.published import SERVO_STEP_DEG
-
-Array = NDArray[np.float64]
+from khr_common.rotation import Array
 
 COUNT = radians(SERVO_STEP_DEG)  # rad
 

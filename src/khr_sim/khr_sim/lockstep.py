@@ -19,15 +19,18 @@ class Barrier(Generic[Answer]):
 
     The first answer of a source to a sample counts; later ones are ignored. An answer with a
     timestamp in the future must come from an earlier run and is rejected.
+
+    Attributes:
+        newest: the last answer of each source, whatever its timestamp.
+        now_ns: timestamp of the newest sample.
     """
 
     def __init__(self, sources: Sequence[str]) -> None:
         self._sources = tuple(sources)
-        self._answers: dict[
-            int, dict[str, Answer]
-        ] = {}  # by timestamp of samples not yet taken, oldest first
-        self._newest: dict[str, Answer] = {}
-        self._taken: dict[int, dict[str, Answer]] = {}  # by timestamp, oldest first
+        # by timestamp of samples not yet taken, and of those taken, oldest first
+        self._answers: dict[int, dict[str, Answer]] = {}
+        self._taken: dict[int, dict[str, Answer]] = {}
+        self.newest: dict[str, Answer] = {}
         self.now_ns = -1
 
     def open(self, stamp_ns: int) -> None:
@@ -41,7 +44,7 @@ class Barrier(Generic[Answer]):
         """Buffer an answer; return whether its sample still waits for answers."""
         if stamp_ns > self.now_ns:
             return False
-        self._newest[source] = answer
+        self.newest[source] = answer
         if stamp_ns not in self._answers:
             return False
         self._answers[stamp_ns].setdefault(source, answer)
@@ -75,10 +78,6 @@ class Barrier(Generic[Answer]):
         if len(self._taken) > KEPT:
             del self._taken[next(iter(self._taken))]
         return self._taken[stamp_ns]
-
-    def newest(self) -> dict[str, Answer]:
-        """Return the last answer of each source, whatever its timestamp."""
-        return self._newest
 
 
 class Receipts:

@@ -16,13 +16,11 @@ from math import radians
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
+from khr_common.rotation import Array
 from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
-
-Array = NDArray[np.float64]
 
 BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, of the torque-speed line
 SUPPLY = 11.1  # V

@@ -9,7 +9,7 @@ from math import cos, sin
 from khr_common import parameter
 from khr_common.block import NodeSpec
 from khr_common.interfaces import JOINT_STATES, JOINTS, TF, TF_AVAILABLE, TF_STATIC, TRUE_POSE
-from khr_description.robot import Joint, Robot
+from khr_description.robot import Robot
 
 Numbers = tuple[float, ...]
 Frames = tuple[tuple[str, str], ...]
@@ -57,7 +57,9 @@ class JointTree:
         self.fixed: Frames = tuple((joint.parent, joint.child) for joint in still)
         self._places = [tuple(joint.origin.tolist()) for joint in self._joints]
         self._axes = [tuple(joint.axis.tolist()) for joint in self._joints]
-        self.still: Numbers = tuple(number for joint in still for number in _at_rest(joint))
+        self.still: Numbers = tuple(
+            number for joint in still for number in (*joint.origin.tolist(), 0.0, 0.0, 0.0, 1.0)
+        )
 
     def moved(self, positions: Sequence[float]) -> Numbers:
         """Return the transforms of the joints: x, y, z in m and quaternion x y z w of each.
@@ -70,7 +72,3 @@ class JointTree:
             half = sin(angle / 2.0)
             numbers += (*place, x * half, y * half, z * half, cos(angle / 2.0))
         return tuple(numbers)
-
-
-def _at_rest(joint: Joint) -> Numbers:
-    return (*joint.origin.tolist(), 0.0, 0.0, 0.0, 1.0)

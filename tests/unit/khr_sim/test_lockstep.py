@@ -80,7 +80,7 @@ def test_newest_answers_are_kept_whatever_their_instant():
     for stamp in (0, 15, 30, 45):
         b.open(stamp)
     b.put('gait', 0, 'old')
-    assert b.newest() == {'gait': 'old'}
+    assert b.newest == {'gait': 'old'}
 
 
 def test_who_has_not_received_enough_is_known():

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from khr_common import KhrError
 from khr_common.interfaces import JOINT_INDEX, SIDES, TORSO
+from khr_common.rotation import Array
 from khr_description.robot import Robot
 
-Array = NDArray[np.float64]
 Triple = tuple[Any, ...]  # x, y, z: floats for one posture, arrays (...) for many
 Axes = Sequence[Triple]  # x, y and z axis
 _UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

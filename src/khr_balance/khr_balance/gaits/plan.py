@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from khr_balance.gaits.kinematics import HIP_DROP, SOLE_DROP, TOE_X, Array
+from khr_balance.gaits.kinematics import HIP_DROP, SOLE_DROP, TOE_X
 from khr_balance.gaits.splines import Path
+from khr_common.rotation import Array
 
 SAMPLE, RAISED = 0.005, 0.0005  # s between samples, and m from which on a foot is in the air
 

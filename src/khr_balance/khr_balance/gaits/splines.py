@@ -11,7 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from khr_common.rotation import Array
+
 Keys = list[tuple[float, float]]
 
 

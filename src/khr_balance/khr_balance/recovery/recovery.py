@@ -8,7 +8,6 @@ from math import radians
 
 import numpy as np
 
-from khr_balance.gaits.kinematics import Array
 from khr_balance.recovery.estimator import CaptureEstimator, Estimate
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
@@ -27,6 +26,7 @@ from khr_common.interfaces import (
     other_side,
 )
 from khr_common.published import NO_LOAD_SPEED
+from khr_common.rotation import Array
 
 LEGS = tuple(JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)

@@ -7,9 +7,9 @@ from math import cos, sin
 
 import numpy as np
 
-from khr_balance.gaits.kinematics import HEEL_X, TOE_X, Array, forward
+from khr_balance.gaits.kinematics import HEEL_X, TOE_X, forward
 from khr_common.interfaces import SIDES, other_side
-from khr_common.rotation import applied
+from khr_common.rotation import Array, applied
 
 LIFTED, TILTED = 0.004, 0.03  # m of a sole above the other, rad of a sole against the other
 OVER_ONE = 0.005  # m of the centre of mass from the midline, from which on one foot carries more

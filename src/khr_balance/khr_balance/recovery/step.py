@@ -10,12 +10,13 @@ from math import cos, pi, sin
 import numpy as np
 
 from khr_balance.gaits.gait import solve
-from khr_balance.gaits.kinematics import HEEL_X, TOE_X, Array, UnreachableError, leg_angles
+from khr_balance.gaits.kinematics import HEEL_X, TOE_X, UnreachableError, leg_angles
 from khr_balance.gaits.plan import Plan, Sole
 from khr_balance.gaits.splines import ConstantPath, RestingPath
 from khr_balance.recovery.parameters import FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
 from khr_common.interfaces import JOINT_INDEX, LEG, other_side
+from khr_common.rotation import Array
 
 PARTS = (0.35, 0.1, 0.15, 0.4)  # of close_time: weight shift, lift, lowering, shift back
 # m, of the centre of mass from the middle of the standing sole: a robot with soft gears sags

@@ -239,7 +239,7 @@ class SimulatorNode(KhrNode):
             return
         p = self.parameters
         self._punctuality.tick(time.monotonic(), p.control_period, p.realtime_factor)
-        answers = self._lockstep.barrier.newest()
+        answers = self._lockstep.barrier.newest
         oldest = self.now_ns - round(p.command_timeout * 1e9)
         fresh = {
             source: answer

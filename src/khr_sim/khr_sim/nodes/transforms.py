@@ -25,22 +25,17 @@ class TransformsNode(KhrNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._tree = JointTree(Robot.load())
-        publisher, self._static = self.publisher(TF), self.publisher(TF_STATIC)
+        publisher, static = self.publisher(TF), self.publisher(TF_STATIC)
         self._outputs = {
             TRUE_POSE: Output(publisher, self._template(((WORLD, BODY),))),
             JOINT_STATES: Output(publisher, self._template(self._tree.moving)),
         }
         self._stamps = {topic: StampSequence() for topic in self._outputs}
         self._counts = dict.fromkeys(self._outputs, 0)
-        if self.parameters.joints:
-            self._publish_static()
         self.subscribe_numbers(TRUE_POSE, self._on_numbers)
         if self.parameters.joints:
+            static.publish(self._template(self._tree.fixed).filled(0, self._tree.still))
             self.subscribe_numbers(JOINT_STATES, self._on_numbers)
-
-    def _publish_static(self) -> None:
-        """Publish the static transforms."""
-        self._static.publish(self._template(self._tree.fixed).filled(0, self._tree.still))
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         if not self._stamps[topic].is_new(stamp_ns):

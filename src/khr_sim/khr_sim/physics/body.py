@@ -7,11 +7,10 @@ from math import radians
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.errors import KhrError, quoted
 from khr_common.interfaces import BODY, TORSO
-from khr_common.rotation import applied, carried, matrix, pitched, product, rotated, turned
+from khr_common.rotation import Array, applied, carried, matrix, pitched, product, rotated, turned
 from khr_common.signals import generator
 from khr_description.robot import JOINTS, Robot
 from khr_sim.board import Board
@@ -21,8 +20,6 @@ from khr_sim.physics.engines.base import View
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.servo import ANGLE, Servos, Tables
-
-Array = NDArray[np.float64]
 
 MOST_PUSHES = 1000  # pending or active at a time
 SETTLING = 8  # iterations of load and sag at a reset; each reduces the change to an eighth

@@ -120,9 +120,8 @@ class ContactForces:
         self._in_odom = in_odom
         in_odom[:] = 0.0
         self._last: Contact | None = None  # of a foot
-        self._impulses = [
-            [0.0, 0.0, 0.0] for _ in range(4)
-        ]  # along normal and both friction directions
+        # along normal and both friction directions
+        self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]
         self._feet, self._soles = feet, soles
 
     @cached_property

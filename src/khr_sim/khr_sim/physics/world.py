@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from math import radians
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
 from khr_description.robot import JOINTS, Robot
@@ -16,8 +15,6 @@ from khr_sim.physics.body import Body, Start
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.servo import Tables
-
-Array = NDArray[np.float64]
 
 TILTING_SPEED = radians(2.0)  # of a slope tilted by hand to a new inclination, rad/s
 STEEPEST = radians(30.0)  # limit of a growing inclination in both directions, rad

@@ -34,10 +34,7 @@ finally:
 
 __all__ = ['Bullet', 'bullet']
 
-
-_pack = Struct(
-    f'{2 * len(JOINTS)}d'
-).pack_into  # takes half the time of NumPy, in each physics step
+_pack = Struct(f'{2 * len(JOINTS)}d').pack_into  # half the time of NumPy, in each physics step
 _ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
 _ANY_LINK = -2
@@ -141,9 +138,7 @@ class Bullet:
     def reset(self, inclination: float) -> None:
         """Restart on ground inclined by an angle in rad."""
         client, p = self.client, self._parameters
-        bullet.resetSimulation(
-            physicsClientId=client
-        )  # the first positional argument is another one
+        bullet.resetSimulation(physicsClientId=client)  # the first argument is another one
         bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=p.physics_step,

@@ -155,13 +155,12 @@ class MuJoCoBody:
 
     def poses(self, links: Sequence[int]) -> list[Pose]:
         """Return the poses of links other than the torso."""
-        return [self._pose(link) for link in links]
-
-    def _pose(self, link: int) -> Pose:
         positions, orientations = self._links
-        x, y, z = positions[link].tolist()
-        qw, qx, qy, qz = orientations[link].tolist()
-        return (x, y, z), (qx, qy, qz, qw)
+        poses: list[Pose] = []
+        for link in links:
+            qw, qx, qy, qz = orientations[link].tolist()
+            poses.append((tuple(positions[link].tolist()), (qx, qy, qz, qw)))
+        return poses
 
 
 class MuJoCo:
@@ -218,9 +217,8 @@ class MuJoCo:
         for robot in robots:
             robot.forces.steps += len(commands)
         self._pushes[:] = 0.0
-        mujoco.mj_kinematics(
-            self._model, self._data
-        )  # mj_step leaves the link poses of the start of the step
+        # mj_step leaves the link poses of the start of the step
+        mujoco.mj_kinematics(self._model, self._data)
         if self._viewer is not None:
             self._viewer.sync()
 
