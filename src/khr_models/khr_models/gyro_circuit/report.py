@@ -91,8 +91,11 @@ def _constants(circuit: Circuit) -> str:
 
 
 def _derived(circuit: Circuit) -> str:
-    millivolt = 1e3 * math.radians(1.0)  # mV per deg/s over V per rad/s
+    degree = math.radians(1.0)
+    stretch = circuit.carrier_sensitivity / circuit.pickoff  # m per rad/s, of the sense axis
+    brownian = f'Brownian motion at {ROOM_TEMPERATURE:g} K'
     noise = math.degrees(circuit.thermal_noise(ROOM_TEMPERATURE))
+    within = math.sqrt(math.pi * circuit.bandwidth)
     rows = [
         ('drive resonance = carrier', circuit.carrier_frequency, 'Hz'),
         ('sense resonance', circuit.sense.natural_frequency / math.tau, 'Hz'),
@@ -101,35 +104,15 @@ def _derived(circuit: Circuit) -> str:
         ('comb force F_0', circuit.drive_force * 1e9, 'nN'),
         ('drive velocity, amplitude', circuit.drive_speed, 'm/s'),
         ('drive displacement, amplitude', circuit.drive_speed / circuit.carrier * 1e6, 'um'),
-        (
-            'Coriolis force per rate',
-            circuit.coriolis_gain * math.radians(1.0) * 1e12,
-            'pN per deg/s',
-        ),
-        (
-            'sense displacement per rate',
-            circuit.carrier_sensitivity * math.radians(1.0) / circuit.pickoff * 1e12,
-            'pm per deg/s',
-        ),
-        (
-            'V_out, amplitude per rate',
-            circuit.carrier_sensitivity * millivolt * 1e3,
-            'uV per deg/s',
-        ),
-        ('output per rate', circuit.sensitivity * millivolt, 'mV per deg/s'),
+        ('Coriolis force per rate', circuit.coriolis_gain * degree * 1e12, 'pN per deg/s'),
+        ('sense displacement per rate', stretch * degree * 1e12, 'pm per deg/s'),
+        ('V_out, amplitude per rate', 1e6 * circuit.carrier_sensitivity * degree, 'uV per deg/s'),
+        ('output per rate', 1e3 * circuit.sensitivity * degree, 'mV per deg/s'),
         ("phase of the multiplier's reference", math.degrees(circuit.reference_phase), 'deg'),
         ('decay time of the sense axis', -1e3 / circuit.sense.pole.real, 'ms'),
         ('ripple at twice the carrier over the output', 100.0 * circuit.ripple, '%'),
-        (
-            f'Brownian motion at {ROOM_TEMPERATURE:g} K, angle random walk',
-            noise,
-            'deg/s per sqrt(Hz)',
-        ),
-        (
-            'the same within the bandwidth, rms',
-            noise * math.sqrt(math.pi * circuit.bandwidth),
-            'deg/s',
-        ),
+        (f'{brownian}, angle random walk', noise, 'deg/s per sqrt(Hz)'),
+        ('the same within the bandwidth, rms', noise * within, 'deg/s'),
     ]
     return table(
         ['quantity', 'value', 'unit'], [[name, f'{value:.4g}', unit] for name, value, unit in rows]

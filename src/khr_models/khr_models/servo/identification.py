@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from khr_common.checks import finite, non_negative, one_of, positive, within
+from khr_common.checks import finite, non_negative, one_of, positive
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD
 from khr_models.checks import FORMS, Array, Form
@@ -31,6 +31,7 @@ from khr_models.servo.servo_loop import ServoLoop, gain_of_board
 
 CYCLE_RESOLUTION = 1.0 / (2.0 * GAIT_PERIOD)  # Hz, half a spectral line of one gait cycle
 SAMPLES = 4000
+HIGHEST = 3.0  # f_n that is tried, as a multiple of the higher published frequency
 
 
 @dataclass(frozen=True)
@@ -244,24 +245,20 @@ def solve_loop(published: PublishedLoop, natural_frequency: float) -> LoopSoluti
     )
 
 
-def solve_for_unit(
-    published: PublishedLoop, gain_unit: float, highest: float = 3.0
-) -> LoopSolution:
+def solve_for_unit(published: PublishedLoop, gain_unit: float) -> LoopSolution:
     """Return the loop with a gain unit that has both published frequencies.
 
     Args:
         published: gains and frequencies.
         gain_unit: multiple of the board's nominal gain.
-        highest: bound of f_n, as a multiple of the higher published frequency.
 
     Raises:
-        KhrError: if no f_n below the bound has this unit.
+        KhrError: if no f_n up to three times the higher published frequency has this unit.
     """
     from scipy.optimize import brentq
 
     positive('gain_unit', gain_unit)
-    within('highest', highest, 1.0, math.inf)
-    low, high = (published.frequencies[1] * factor for factor in (1.0 + 1e-9, highest))
+    low, high = (published.frequencies[1] * factor for factor in (1.0 + 1e-9, HIGHEST))
     units = [solve_loop(published, frequency).gain_unit for frequency in (low, high)]
     if not units[1] <= gain_unit <= units[0]:
         raise KhrError(

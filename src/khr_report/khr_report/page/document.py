@@ -111,6 +111,6 @@ def duration(seconds: float) -> str:
     return f'{minutes} min' if minutes < 120 else f'{minutes // 60} h {minutes % 60} min'
 
 
-def count(number: int, one: str, many: str = '') -> str:
-    """Write a number of things; ``many`` is ``one`` with an s by default."""
-    return f'{number} {one if number == 1 else many or f"{one}s"}'
+def count(number: int, one: str) -> str:
+    """Write a number of things."""
+    return f'{number} {one}{"s" * (number != 1)}'

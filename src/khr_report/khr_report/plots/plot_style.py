@@ -144,20 +144,19 @@ def save(figure: Figure, target: Path | IO[bytes], **options: Any) -> None:
         figure.savefig(target, format=form, metadata=UNDATED[form], **options)
 
 
+def write_at(
+    axis: Axes, text: str, place: tuple[float, float], shift: tuple[float, float], **look: Any
+) -> None:
+    """Write a text at a place, shifted by so many points to the right and up."""
+    axis.annotate(text, place, xytext=shift, textcoords='offset points', **look)
+
+
 def named_level(
     axis: Axes, height: float, name: str, x: float, shift: int = 3, **look: Any
 ) -> None:
     """Draw a horizontal line across a panel, labelled at ``x`` with an offset in points."""
     axis.axhline(height, color='0.4', linewidth=0.8)
-    axis.annotate(
-        name,
-        (x, height),
-        xytext=(0, shift),
-        textcoords='offset points',
-        fontsize=8,
-        color='0.3',
-        **look,
-    )
+    write_at(axis, name, (x, height), (0, shift), fontsize=8, color='0.3', **look)
 
 
 def share_scale(axes: Iterable[Axes]) -> None:

@@ -22,7 +22,7 @@ from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
 from khr_common.signals import broken
-from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled
+from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled, write_at
 from khr_report.run.contents import RunContents
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
 from khr_sim.sensors import FootForceParameters
@@ -269,11 +269,11 @@ def _mark_times(
         for event in events:
             axis.axvline(event.time, color='0.2', linestyle=':', linewidth=0.8)
     for number, event in enumerate(events[:EVENTS_NAMED]):
-        axes[0].annotate(
+        write_at(
+            axes[0],
             event.text,
             (event.time, 1.0),
-            xytext=(2, -8 - 8 * (number % 3)),
-            textcoords='offset points',
+            (2, -8 - 8 * (number % 3)),
             xycoords=('data', 'axes fraction'),
             fontsize=6,
             annotation_clip=True,

@@ -131,11 +131,13 @@ def _signals(found: Found) -> Markup:
     runs = [(name, run, run.series) for name, run in found.items() if run.series is not None]
     if not runs:
         return paragraphs('The run kept no signals.')
-    windows = {
-        f'Spectrogram of the gyro, {name}': spectrogram(series, run.parameters)
-        for name, run, series in runs
+    windows = {name: spectrogram(series, run.parameters) for name, run, series in runs}
+    short = [name for name, each in windows.items() if len(each) <= 1]
+    shown = {
+        f'Spectrogram of the gyro, {name}': each
+        for name, each in windows.items()
+        if name not in short
     }
-    shown = {title: each for title, each in windows.items() if len(each) > 1}
     with styled():
         gaits = [run.parameters.table(GaitParameters) for _, run, _ in runs]
         alike = all(swings(each) == swings(gaits[0]) for each in gaits)
@@ -150,9 +152,6 @@ def _signals(found: Found) -> Markup:
     body += paragraphs(
         *(f'{text}. Signals that are zero throughout are left out.' for text in texts)
     )
-    short = [
-        name for (name, *_), each in zip(runs, windows.values(), strict=True) if len(each) <= 1
-    ]
     body += paragraphs(*(f'Too short for a spectrogram: {name}.' for name in short))
     for name, _, series in runs:
         body += Markup(

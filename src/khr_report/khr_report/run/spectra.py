@@ -15,7 +15,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
-from khr_report.plots.plot_style import legend_above
+from khr_report.plots.plot_style import legend_above, write_at
 
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
@@ -43,16 +43,8 @@ def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
         for peak in one.peaks[:PEAKS_NAMED]:
             place = peak.frequency, float(np.degrees(peak.amplitude))
             axis.plot(*place, color=color, marker='o', markersize=3.0, fillstyle='none')
-            axis.annotate(
-                f'{peak.frequency:.2f}',
-                place,
-                xytext=(0, 3),
-                textcoords='offset points',
-                fontsize=7,
-                ha='center',
-                va='bottom',
-                color=color,
-            )
+            look = {'fontsize': 7, 'ha': 'center', 'va': 'bottom', 'color': color}
+            write_at(axis, f'{peak.frequency:.2f}', place, (0, 3), **look)
     highest = max(
         np.degrees(max(one.amplitude.max(), *(peak.amplitude for peak in one.peaks), 0.0))
         for one in found.values()

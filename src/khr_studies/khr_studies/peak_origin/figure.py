@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_report.plots.plot_style import panels
+from khr_report.plots.plot_style import panels, write_at
 from khr_studies.peak_origin.cycle_spectrum import Walks
 from khr_studies.peak_origin.origin import Line
 from khr_studies.peak_origin.study import LISTED, NUMBER, ExplainedWalks
@@ -91,9 +91,8 @@ def _name(axis: Axes, lines: Sequence[Line]) -> None:
         if line.frequency > LARGEST_HZ:
             continue
         text, color = _mark(line)
-        above: Look = {'xytext': (0, 2), 'textcoords': 'offset points', 'ha': 'center'}
         place = (line.frequency, np.degrees(line.amplitude))
-        axis.annotate(text, place, fontsize=7, color=color, **above)
+        write_at(axis, text, place, (0, 2), fontsize=7, color=color, ha='center')
 
 
 def _mark(line: Line) -> tuple[str, str]:

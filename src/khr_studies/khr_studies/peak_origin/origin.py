@@ -202,12 +202,9 @@ def count_false_labels(
         # arbitrary phases, the same in every walk
         return np.asarray(np.cos(2.0 * np.pi * turns + np.arange(heights.size) ** 2) @ heights)
 
-    def silence(time: Array, _: float) -> Array:
-        return np.zeros_like(time)
-
     return FalseLabels(
         repeats,
-        _labels(walks, threshold, repeats, silence, 1.0),
+        _labels(walks, threshold, repeats, lambda time, _: np.zeros_like(time), 1.0),
         _labels(walks, threshold, repeats, lines, level),
     )
 

@@ -113,12 +113,14 @@ def _case(run: Run) -> str:
 def _walks(label: str, runs: Runs) -> Walks:
     scenario = runs[0].scenario
     start, end = whole_cycles(scenario.table(GaitParameters))
-    return Walks(
-        label,
-        _treatment(scenario),
-        tuple(_record(run, start, end) for run in runs),
-        scenario.table(RunParameters).control_period,
-    )
+    records = []
+    for run in runs:
+        series = run.series
+        assert series is not None
+        part = series.during((series.time > start - 1e-4) & (series.time < end - 1e-4))
+        records.append(Record(part.time - start, part.pitch_rate, part.slip))
+    period = scenario.table(RunParameters).control_period
+    return Walks(label, _treatment(scenario), tuple(records), period)
 
 
 def _treatment(scenario: Scenario) -> Treatment:
@@ -136,13 +138,6 @@ def whole_cycles(gait: GaitParameters) -> tuple[float, float]:
     """Return start and end of the whole cycles of a walk, s."""
     planned = gait_of(gait)
     return planned.cycle(1)[0], planned.cycle(gait.cycles)[1]
-
-
-def _record(run: Run, start: float, end: float) -> Record:
-    series = run.series
-    assert series is not None
-    inside = (series.time > start - 1e-4) & (series.time < end - 1e-4)
-    return Record(series.time[inside] - start, series.pitch_rate[inside], series.slip[inside])
 
 
 def study(runs: Runs) -> PeakStudy:

@@ -42,28 +42,21 @@ def figure(counted: StabilityMap) -> Figure:
     page = Figure(figsize=SIZE, layout='constrained')
     axes = page.subplots(2, 2, sharex=True, sharey=True)
     runs = np.where(counted.of('runs') > 0, counted.of('runs'), np.nan)
+    up, slipped = (counted.of(name) / runs for name in ('up', 'slipped'))
+    fell, vibration = counted.of('fell_at_s'), np.degrees(counted.of('vibration_rad_s'))
     panels = (
-        ('stayed up: share of runs', counted.of('up') / runs, 'RdYlBu', (0.0, 1.0)),
-        (
-            'slipped and stayed up: share of runs',
-            counted.of('slipped') / runs,
-            'Blues',
-            (0.0, 1.0),
-        ),
-        ('fell: median time of the fall (s)', counted.of('fell_at_s'), 'magma', None),
-        (
-            'vibration: median of those that stayed up (°/s)',
-            np.degrees(counted.of('vibration_rad_s')),
-            'viridis',
-            None,
-        ),
+        ('stayed up: share of runs', up, 'RdYlBu', (0.0, 1.0)),
+        ('slipped and stayed up: share of runs', slipped, 'Blues', (0.0, 1.0)),
+        ('fell: median time of the fall (s)', fell, 'magma', None),
+        ('vibration: median of those that stayed up (°/s)', vibration, 'viridis', None),
     )
     for panel, (title, values, colours, limits) in zip(axes.flat, panels, strict=True):
         panel.set_title(title)
         _cells(page, panel, counted, values, colours, limits)
         _critical(panel, counted)
         _best(panel, counted)
-    _imply(axes[0, 0], counted)
+    implied = {'cmap': 'RdYlBu', 'vmin': 0.0, 'vmax': 1.0, 'alpha': PALE, 'linewidth': 0.0}
+    _mesh(axes[0, 0], counted, counted.implied(), implied)
     for row, column in np.argwhere(counted.split()):
         x, y = counted.x.edges[column : column + 2], counted.y.edges[row : row + 2]
         axes[0, 0].fill_between(x, y[0], y[1], facecolor='none', **SPLIT)
@@ -88,14 +81,8 @@ def _cells(
     if limits is None:
         known = values[np.isfinite(values)]
         limits = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    mesh = panel.pcolormesh(
-        counted.x.edges,
-        counted.y.edges,
-        np.ma.masked_invalid(values),
-        cmap=colours,
-        vmin=limits[0],
-        vmax=limits[1],
-    )
+    look = {'cmap': colours, 'vmin': limits[0], 'vmax': limits[1]}
+    mesh = _mesh(panel, counted, values, look)
     page.colorbar(mesh, ax=panel, shrink=0.9)
     _ticks(panel.xaxis, counted.x)
     _ticks(panel.yaxis, counted.y)
@@ -111,29 +98,18 @@ def _ticks(axis: Any, direction: Direction) -> None:
         )
 
 
-def _imply(panel: Axes, counted: StabilityMap) -> None:
-    """Fill the cells that follow from a bisection in a pale colour."""
-    panel.pcolormesh(
-        counted.x.edges,
-        counted.y.edges,
-        np.ma.masked_invalid(counted.implied()),
-        cmap='RdYlBu',
-        vmin=0.0,
-        vmax=1.0,
-        alpha=PALE,
-        linewidth=0.0,
-    )
+def _mesh(panel: Axes, counted: StabilityMap, values: Array, look: dict[str, Any]) -> Any:
+    """Fill the cells that have a value."""
+    known = np.ma.masked_invalid(values)
+    return panel.pcolormesh(counted.x.edges, counted.y.edges, known, **look)
 
 
 def _critical(panel: Axes, counted: StabilityMap) -> None:
     """Mark where half the runs stay up, with its interval, for each y."""
     left, right = counted.x.edges[0], counted.x.edges[-1]
     for place, critical in zip(counted.y.places, counted.critical, strict=False):
-        panel.plot(
-            np.clip([critical.low, critical.high], left, right),
-            [place, place],
-            **(MARK | {'marker': ''}),
-        )
+        interval = np.clip([critical.low, critical.high], left, right)
+        panel.plot(interval, [place, place], **(MARK | {'marker': ''}))
         panel.plot(critical.value, place, **MARK)
 
 

@@ -15,7 +15,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_common.published import GAIT_PERIOD
-from khr_report.plots.plot_style import AT_EDGE, COLORS, head, panels, share_scale
+from khr_report.plots.plot_style import AT_EDGE, COLORS, head, panels, share_scale, write_at
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
@@ -97,7 +97,7 @@ def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
         begin, end = (time - gait.start_delay for time in gait_of(gait).cycle(cycle))
         gray = '0.85' if cycle == CYCLE else '0.96'
         axis.axvspan(begin, end, color=gray, zorder=0, linewidth=0.0)
-        _write(axis, f'Gait-{cycle}', (begin + end) / 2.0)
+        write_at(axis, f'Gait-{cycle}', ((begin + end) / 2.0, 1.0), (0, -9), **AT_EDGE)
 
 
 def _name_legs(axis: Axes, gait: GaitParameters) -> None:
@@ -105,7 +105,8 @@ def _name_legs(axis: Axes, gait: GaitParameters) -> None:
     sides = ('left', 'right') if gait.first_foot == 'right' else ('right', 'left')
     axis.axvline(gait.cycle_period / 2.0, color='0.6', linewidth=0.6)
     for number, side in enumerate(sides):
-        _write(axis, f'{side} leg swings', (0.25 + 0.5 * number) * gait.cycle_period)
+        middle = (0.25 + 0.5 * number) * gait.cycle_period
+        write_at(axis, f'{side} leg swings', (middle, 1.0), (0, -9), **AT_EDGE)
 
 
 def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
@@ -114,10 +115,9 @@ def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
     if not whole:
         return
     time, rates = whole[0].time, np.array([rate.values(series) for series in whole])
-    at_peak: Look = {'xytext': (0, 3), 'textcoords': 'offset points', 'ha': 'center'}
     for number, place in enumerate(peaks_of_swings(rates.mean(axis=0)), start=1):
         top = (time[place], rates[:, place].max())
-        axis.annotate(str(number), top, fontweight='bold', **at_peak)
+        write_at(axis, str(number), top, (0, 3), fontweight='bold', ha='center')
 
 
 def peaks_of_swings(gait: Array) -> list[int]:
@@ -136,10 +136,6 @@ def peaks_of_swings(gait: Array) -> list[int]:
         rising = np.argsort(found['prominences'][inside], kind='stable')
         chosen += sorted(places[inside][rising[-PEAKS:]].tolist())
     return chosen
-
-
-def _write(axis: Axes, text: str, x: float) -> None:
-    axis.annotate(text, (x, 1.0), xytext=(0, -9), textcoords='offset points', **AT_EDGE)
 
 
 def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:

@@ -26,6 +26,7 @@ from khr_report.plots.plot_style import (
     named_level,
     panels,
     share_scale,
+    write_at,
 )
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.thesis_values import STAGE_2, STAGE_3
@@ -221,7 +222,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     axis.axvline(RISES_DEG, color='0.4', linewidth=0.8, label='_')
     note = f'the thesis: rises abruptly beyond {RISES_DEG:g}°'
     look = AT_EDGE | {'fontsize': 8, 'color': '0.3', 'ha': 'right'}
-    axis.annotate(note, (RISES_DEG, 1.0), xytext=(-4, -16), textcoords='offset points', **look)
+    write_at(axis, note, (RISES_DEG, 1.0), (-4, -16), **look)
     axis.set(xlabel=standing.SLOPE, ylabel=f'largest |{rate.name}| (°/s)', ylim=(0.0, None))
     legend_below(axis, 3)
     head(
