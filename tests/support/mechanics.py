@@ -61,3 +61,9 @@ def momenta(robot, truth):
     momentum = sum(m * v for m, _, v, _ in states)
     angular = sum(np.cross(p - center, m * v) + spin for m, p, v, spin in states)
     return momentum, angular, center
+
+
+def ground_forces(truth):
+    """Return the mean forces on toes and heels over the last period, in odom, (4, 3)."""
+    turns = [matrix(sole) for sole in np.repeat(truth.sole_orientation, 2, axis=0)]
+    return np.array([turn @ f for turn, f in zip(turns, truth.contact_force, strict=True)])

@@ -13,7 +13,7 @@ from khr_common.interfaces import BODY, ROBOT_DESCRIPTION, TORSO
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_description.robot import JOINTS, Robot
 from tests import ROOT
-from tests.fakes.postures import STRAIGHT, crouch
+from tests.fakes.postures import STRAIGHT, crouch, mirrored
 
 ROBOT = Robot.load()
 angles = st.lists(st.floats(-0.5, 0.5), min_size=17, max_size=17)
@@ -149,12 +149,7 @@ def test_a_leg_reaches_where_trigonometry_says(thigh, knee, ankle):
 @settings(max_examples=20)
 @given(angles)
 def test_the_mirrored_posture_is_the_mirrored_robot(posture):
-    by_name = dict(zip(JOINTS, posture, strict=True))
-    flipped = [
-        by_name[mirrored_name(name)] * (-1.0 if 'roll' in name or 'yaw' in name else 1.0)
-        for name in JOINTS
-    ]
-    poses, other = ROBOT.poses(posture), ROBOT.poses(flipped)
+    poses, other = ROBOT.poses(posture), ROBOT.poses(mirrored(posture))
     mirror = np.diag((1.0, -1.0, 1.0, 1.0))
     for name in set(poses) - {'imu_link'}:
         twin = mirror @ poses[name] @ mirror

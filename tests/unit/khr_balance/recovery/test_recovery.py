@@ -12,7 +12,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.kinematics import ROBOT, GaitError, forward
 from khr_balance.recovery.parameters import RecoveryParameters
-from khr_balance.recovery.recovery import Recovery
+from khr_balance.recovery.recovery import LEGS, Recovery
 from khr_balance.recovery.stance import Stance
 from khr_balance.recovery.step import Phase
 from khr_common.interfaces import (
@@ -23,9 +23,9 @@ from khr_common.interfaces import (
     JOINT_INDEX,
     JOINT_REFERENCE,
     JOINTS,
-    RECOVERY_CORRECTION,
 )
 from khr_common.published import NO_LOAD_SPEED
+from tests.fakes.postures import mirrored
 
 TABLE = RecoveryParameters(enabled=True)
 PERIOD = TABLE.control_period
@@ -60,9 +60,7 @@ class Played:
         for topic, angle in ((ANKLE_CORRECTION, ankle), (HIP_CORRECTION, hip)):
             added[[JOINT_INDEX[name] for name in topic.names]] = angle
         self.target = np.tile(POSTURE + added, (len(rates), 1))
-        self.target[:, [JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names]] += (
-            self.correction
-        )
+        self.target[:, LEGS] += self.correction
 
 
 def fall(sign=1.0, seconds=8.0):
@@ -108,9 +106,7 @@ class Walked:
         self.correction = np.array([correction for correction, _ in answers])
         self.phase = np.array([state[0] for _, state in answers])
         self.target = self.reference.copy()
-        self.target[:, [JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names]] += (
-            self.correction
-        )
+        self.target[:, LEGS] += self.correction
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -134,15 +130,7 @@ def test_a_walk_without_a_fall_or_with_a_far_threshold_is_left_alone():
 
 def test_a_step_out_of_a_walk_is_mirrored_with_it():
     right, left = (Walked(0.3, first_foot=foot).target for foot in ('right', 'left'))
-    for name in JOINTS:
-        other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
-        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
-        np.testing.assert_allclose(
-            right[:, JOINT_INDEX[name]],
-            sign * left[:, JOINT_INDEX[other]],
-            atol=1e-5,
-            err_msg=name,
-        )
+    np.testing.assert_allclose(right.T, mirrored(left.T), atol=1e-5)
 
 
 @pytest.mark.parametrize('part', [0.2, 0.45, 0.7, 0.8])
@@ -225,15 +213,7 @@ def test_the_foot_is_placed_ahead_flat_and_the_other_follows(sign):
 
 def test_a_step_with_the_left_foot_mirrors_one_with_the_right():
     right, left = (Played(fall(), replace(TABLE, foot=foot)).target for foot in ('right', 'left'))
-    for name in JOINTS:
-        other = {'l': 'r', 'r': 'l'}.get(name[0], name[0]) + name[1:]
-        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
-        np.testing.assert_allclose(
-            right[:, JOINT_INDEX[name]],
-            sign * left[:, JOINT_INDEX[other]],
-            atol=1e-6,
-            err_msg=name,
-        )
+    np.testing.assert_allclose(right.T, mirrored(left.T), atol=1e-6)
 
 
 def test_the_swinging_sole_is_level_whatever_the_lean_of_the_body():

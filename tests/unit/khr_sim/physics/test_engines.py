@@ -19,7 +19,7 @@ from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.servo import Servos, law
 from tests.fakes.postures import STANCE
-from tests.support.mechanics import momenta, motions
+from tests.support.mechanics import ground_forces, momenta, motions
 from tests.support.one_robot import World
 
 PERIOD = 0.015
@@ -32,12 +32,6 @@ def stepping(k):
         angle + 0.12 * np.sin(0.15 * k) * name.endswith('roll') + 0.1 * np.sin(0.3 * k + len(name))
         for name, angle in zip(JOINTS, STANCE, strict=True)
     ]
-
-
-def ground_forces(truth):
-    """Return the mean forces on toes and heels over the last period, in odom, (4, 3)."""
-    turns = [matrix(sole) for sole in np.repeat(truth.sole_orientation, 2, axis=0)]
-    return np.array([turn @ f for turn, f in zip(turns, truth.contact_force, strict=True)])
 
 
 # --- mechanics ------------------------------------------------------------

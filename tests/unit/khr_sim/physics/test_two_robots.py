@@ -19,7 +19,7 @@ from khr_sim.physics.world import World
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from tests.fakes.postures import STANCE
-from tests.support.mechanics import momenta
+from tests.support.mechanics import ground_forces, momenta
 
 PERIOD = 0.015
 FROM_BEHIND = Push(0.15, 0.3, 'base_link', 'odom', (14.0, 0.0, 0.0), (0.0, 0.0, 0.05))
@@ -49,11 +49,6 @@ def play(world, seconds, push=None):
         world.push(push)
     states += [world.advance(postures) for _ in range(round(seconds / PERIOD))]
     return states
-
-
-def ground_force(truth):
-    turns = [matrix(sole) for sole in np.repeat(truth.sole_orientation, 2, axis=0)]
-    return sum(turn @ f for turn, f in zip(turns, truth.contact_force, strict=True))
 
 
 def test_robots_that_face_each_other_are_mirror_images(face_to_face):
@@ -86,7 +81,7 @@ def test_robots_that_meet_exchange_momentum_and_make_none(face_to_face):
             momenta(world.robot, new)[0] - momenta(world.robot, old)[0]
             for old, new in zip(before, after, strict=True)
         ]
-        acting = [ground_force(truth) + weight for truth in after]
+        acting = [ground_forces(truth).sum(axis=0) + weight for truth in after]
         acting[0] = acting[0] + np.array(FROM_BEHIND.force) * (10 <= k < 30)
         if any(truth.tilt > 0.8 for truth in after):  # arms may reach the ground
             break
