@@ -91,25 +91,22 @@ def frame_of(robot: str, frame: str) -> str:
     return frame if frame in ('', WORLD) else full_name(robot, frame)
 
 
-IMU, WRENCH, JOINT_STATE = (
-    'sensor_msgs/msg/Imu',
-    'geometry_msgs/msg/WrenchStamped',
-    'sensor_msgs/msg/JointState',
-)
-STATUS, STATUS_ARRAY = (
-    'diagnostic_msgs/msg/DiagnosticStatus',
-    'diagnostic_msgs/msg/DiagnosticArray',
-)
-TEXT = 'std_msgs/msg/String'
-TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+IMU, JOINT_STATE = 'sensor_msgs/msg/Imu', 'sensor_msgs/msg/JointState'
+WRENCH = 'geometry_msgs/msg/WrenchStamped'
+STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
+STATUS_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
+TEXT, TRANSFORMS = 'std_msgs/msg/String', 'tf2_msgs/msg/TFMessage'
+
+
+def _numbers(name: str, meaning: str, names: tuple[str, ...]) -> Topic:
+    """Return a topic of named numbers: a JointState, standard and with a timestamp."""
+    return Topic(name, JOINT_STATE, meaning, names=names)
+
 
 # Ground truth of robot and slope.
 CLOCK = Topic('clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
-JOINT_STATES = Topic(
-    'joint_states',
-    JOINT_STATE,
-    'Joint angles, rad, speeds, rad/s, and torques, N m.',
-    names=JOINTS,
+JOINT_STATES = _numbers(
+    'joint_states', 'Joint angles, rad, speeds, rad/s, and torques, N m.', JOINTS
 )
 TRUE_POSE = Topic(
     'ground_truth/odom', 'nav_msgs/msg/Odometry', 'Pose and twist of the torso.', frame=WORLD
@@ -123,11 +120,10 @@ TRUE_RATE = Topic(
 TRUE_SOLES = Topic(
     'ground_truth/soles', 'geometry_msgs/msg/PoseArray', 'Poses of l_sole and r_sole.', frame=WORLD
 )
-TRUE_INCLINATION = Topic(
+TRUE_INCLINATION = _numbers(
     'ground_truth/inclination',
-    JOINT_STATE,
     'Inclination of the ground, rad, positive if the robot faces downhill.',
-    names=('inclination',),
+    ('inclination',),
 )
 TRUE_FORCES = tuple(
     Topic(
@@ -155,19 +151,12 @@ FOOT_FORCES = tuple(
 )
 
 # Joint commands.
-JOINT_REFERENCE = Topic(
-    'joint_reference', JOINT_STATE, 'Joint angles of the gait, rad.', names=JOINTS
-)
+JOINT_REFERENCE = _numbers('joint_reference', 'Joint angles of the gait, rad.', JOINTS)
 
 
 def correction(node: str, joints: tuple[str, ...]) -> Topic:
     """Return the topic of a controller's correction, which the board adds to the reference."""
-    return Topic(
-        f'{node}/correction',
-        JOINT_STATE,
-        'Added to the reference of these joints, rad.',
-        names=joints,
-    )
+    return _numbers(f'{node}/correction', 'Added to the reference of these joints, rad.', joints)
 
 
 ANKLE_CORRECTION = correction('ankle_controller', ('l_ankle_pitch', 'r_ankle_pitch'))
@@ -180,26 +169,23 @@ RECOVERY_CORRECTION = correction(
         for side in SIDES
     ),
 )
-RECOVERY_STATE = Topic(
+RECOVERY_STATE = _numbers(
     'recovery/state',
-    JOINT_STATE,
     'Phase of the recovery (0 waiting, 1 swing, 2 settling, 3 closing, 4 returning), estimated '
     'centre of mass and capture point ahead of the middle of the soles, m, and the share of the '
     'other corrections that acts.',
-    names=('phase', 'com', 'capture_point', 'share'),
+    ('phase', 'com', 'capture_point', 'share'),
 )
-BOARD_CORRECTION = Topic(
+BOARD_CORRECTION = _numbers(
     'board/correction',
-    JOINT_STATE,
     'Correction that the controller board adds to the reference by its own mixing, rad.',
-    names=(*ANKLE_CORRECTION.names, *HIP_CORRECTION.names),
+    (*ANKLE_CORRECTION.names, *HIP_CORRECTION.names),
 )
-STAGE = Topic(
+STAGE = _numbers(
     'stage',
-    JOINT_STATE,
     'Stage (1 to 3), inclination as read back from the feet, rad, and the share of each '
     'correction that acts.',
-    names=('stage', 'inclination', 'ankle_controller', 'hip_controller'),
+    ('stage', 'inclination', 'ankle_controller', 'hip_controller'),
 )
 STAGE_CHANGES = Topic('stage/changes', STATUS_ARRAY, 'Each stage when it is entered.', 'latched')
 PUSH = Topic('push', WRENCH, 'Asks for a push, N, from its stamp on.', 'event')
@@ -219,11 +205,10 @@ RATE_AMPLITUDE = 'amplitude_rad_s'  # name of amplitudes in both, of an angular 
 OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 'latched')
 
 # Bouts.
-DECIDED = Topic(
+DECIDED = _numbers(
     'referee',
-    JOINT_STATE,
     'Whether the round is decided (1), and who has won it: 1 red, 2 blue, 0 neither.',
-    names=('decided', 'winner'),
+    ('decided', 'winner'),
 )
 DECISION = Topic('referee/decision', STATUS, 'Winner, reason and time of a round.', 'latched')
 

@@ -7,7 +7,7 @@ a column ends in its unit, as in ``l_knee_deg`` or ``com_x_mm``.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, radians
 from typing import Any
@@ -121,36 +121,31 @@ def read_key_frames(text: str, file: str, form: str = 'csv') -> KeyFrames:
 
 def _csv_rows(text: str, file: str) -> list[dict[str, Any]]:
     lines = (line for line in text.splitlines() if line.strip() and not line.startswith('#'))
-    reader = csv.reader(lines)
-    header = [name.strip() for name in next(_cells(reader, file), [])]
+    try:
+        table = [[cell.strip() for cell in cells] for cells in csv.reader(lines)]
+    except csv.Error as error:
+        raise GaitError(f'{file}: {error}; accepted: CSV') from error
+    header, *frames = table or [[]]
     if len(set(header)) < len(header):
         raise GaitError(f'{file}: a column is given twice; accepted: each column once')
     rows = []
-    for number, cells in enumerate(_cells(reader, file), 1):
+    for number, cells in enumerate(frames, 1):
         if len(cells) != len(header):
             raise GaitError(
                 f'{file}: frame {number}: {len(cells)} values are not accepted; accepted: '
                 f'{len(header)}, one for each column'
             )
-        pairs = zip(header, cells, strict=True)
-        rows.append({name: cell.strip() for name, cell in pairs if cell.strip()})
+        rows.append({name: cell for name, cell in zip(header, cells, strict=True) if cell})
     return rows
 
 
-def _cells(reader: Iterator[list[str]], file: str) -> Iterator[list[str]]:
-    try:
-        yield from reader
-    except csv.Error as error:
-        raise GaitError(f'{file}: {error}; accepted: CSV') from error
-
-
 def _yaml_rows(text: str, file: str) -> list[dict[str, Any]]:
-    document = read_yaml(text, file)
-    rows = document.get('frames') if isinstance(document, dict) else None
-    whole = isinstance(document, dict) and list(document) == ['frames'] and isinstance(rows, list)
-    if not whole or not all(isinstance(row, dict) for row in rows or ()):
-        raise GaitError(f'{file}: accepted: one key frames with a list of mappings')
-    return [{str(name): cell for name, cell in row.items()} for row in rows or ()]
+    match read_yaml(text, file):
+        case {'frames': [*rows], **others} if not others and all(
+            isinstance(r, dict) for r in rows
+        ):
+            return [{str(name): cell for name, cell in row.items()} for row in rows]
+    raise GaitError(f'{file}: accepted: one key frames with a list of mappings')
 
 
 def _column(name: str, file: str) -> str:
