@@ -38,9 +38,6 @@ from khr_studies.thesis_figures.run_plots import (
     draw_seeds,
     gains_label,
     group_by_walk,
-    held_difference,
-    on_leg,
-    overshoot_of,
     signals_until_fall,
     spread_note,
 )
@@ -124,7 +121,9 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
     for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
         look = {'color': color, 'linestyle': line, 'marker': mark, 'markerfacecolor': 'white'}
         name = f'simulated robot, {side} leg'
-        draw_over_inclination(axis, on_leg(side, lifts), held_difference, name, **look)
+        draw_over_inclination(
+            axis, standing.on_leg(side, lifts), standing.held_difference, name, **look
+        )
     axis.set(xlabel=standing.SLOPE, ylabel=standing.DIFFERENCE)
     legend_below(axis, 2)
     head(
@@ -216,7 +215,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         label = f'step of (3.11), {TITLES[form]}'
         axis.plot(inclinations, np.degrees(rates), color='0.3', linestyle=line, label=label)
     lifts = standing.on_the_left(runs, standing.EXPERIMENTS)
-    value = partial(overshoot_of, rate=rate)
+    value = partial(standing.overshoot_of, rate=rate)
     for stage, look in zip(standing.STAGES, LOOKS, strict=False):
         draw_over_inclination(axis, lifts[stage], value, f'robot, {gains_label(stage)}', **look)
     axis.axvline(RISES_DEG, color='0.4', linewidth=0.8, label='_')

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 import matplotlib
@@ -15,9 +16,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.stage import StageParameters
 from khr_bringup.recorded.run_signals import Array, Series
-from khr_models.pendulum import Pendulum, static_force_difference
+from khr_models.pendulum import Pendulum, critical_inclination, static_force_difference
 from khr_models.standing.ankle_servo import controlled_lean
 from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_report.plots.plot_style import (
@@ -33,22 +35,17 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
+from khr_studies.push.study import stance
 from khr_studies.thesis_figures.run_plots import (
-    SIDES,
-    LiftTimes,
+    TRUE,
     Look,
+    Rate,
     condition,
     draw_over_inclination,
     draw_seeds,
     gains_label,
     group_runs,
-    held_difference,
-    held_forces,
     inclination_deg,
-    lift_of,
-    motion,
-    on_leg,
-    rigid_difference,
     signals_from,
     signals_until_fall,
     spread_note,
@@ -59,6 +56,7 @@ EXPERIMENTS = ('lift_inclination', 'lift_stages')
 SHOWN_DEG = 3.8  # the thesis's inclination of Figure 3.4
 STAGES = (STAGE_1, STAGE_2, STAGE_3)
 SLOPE = 'inclination φ (°)'
+SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
 BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
 TOES_AND_HEELS = np.array([1.0, -1.0, 1.0, -1.0])  # signs of the four sensors, in their order
@@ -71,16 +69,82 @@ def spread_and_lost_note(groups: Iterable[Runs]) -> str:
 
 def on_the_left(runs: Mapping[str, Runs], experiments: Iterable[str]) -> dict[Condition, Runs]:
     """Group the lifts of experiments that stand on the left leg by condition."""
-    return group_runs(
-        on_leg('left', (run for name in experiments for run in runs[name])), condition
+    every = (run for name in experiments for run in runs[name])
+    return group_runs(on_leg('left', every), condition)
+
+
+@dataclass(frozen=True)
+class LiftTimes:
+    """The support foot of a leg lift, and the times between its phases in s."""
+
+    support: str
+    start: float
+    lifted: float
+    up: float
+    lowered: float
+    down: float
+    end: float
+
+
+def lift_of(run: Run) -> LiftTimes:
+    """Return the times of a run's leg lift."""
+    gait = run.scenario.table(GaitParameters)
+    times = gait.start_delay + np.cumsum(
+        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lower_time, gait.shift_time]
     )
+    return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
+
+
+def on_leg(side: str, runs: Iterable[Run]) -> Runs:
+    """Return the lifts with this support leg, ``left`` or ``right``."""
+    return [run for run in runs if lift_of(run).support == side]
+
+
+def motion(run: Run) -> Series:
+    """Return the signals of a leg lift, timed from the start of its motion."""
+    return signals_from(run, lift_of(run).start)
+
+
+def held_forces(run: Run) -> tuple[float, float]:
+    """Return the mean toe and heel force in the later half of the time on one leg, N.
+
+    NaN if the robot fell earlier.
+    """
+    series, lift = motion(run), lift_of(run)
+    time, end = series.time, lift.lowered - lift.start
+    if not time.size or time[-1] < end - 1e-6:
+        return math.nan, math.nan
+    settled = (time >= (lift.up + lift.lowered - 2.0 * lift.start) / 2.0) & (time <= end)
+    toe, heel = (series.contact_force[settled, column] for column in SIDES[lift.support])
+    return float(toe.mean()), float(heel.mean())
+
+
+def held_difference(run: Run) -> float:
+    """Return the mean Delta = F_T - F_H over the time of :func:`held_forces`, N."""
+    toe, heel = held_forces(run)
+    return toe - heel
 
 
 def draw_rigid_difference(axis: Axes, run: Run) -> None:
-    """Draw (3.7) for a pendulum with the rigid body of the simulated robot, without control."""
+    """Draw (3.7) for a pendulum with the rigid body of the run's robot, without control."""
+    level = {'seed': 0, 'initial_tilt_deg': 0.0, 'inclination_deg': 0.0}
+    own = stance(run.scenario.changed({('simulator', key): level[key] for key in level}))
+    lean = math.asin(own.ahead / own.pendulum.length)
+    edge = math.degrees(critical_inclination(own.pendulum, lean, 'exact'))
+    slope = np.linspace(0.0, edge, 77)
+    difference = static_force_difference(
+        own.pendulum, np.full_like(slope, lean), np.radians(slope)
+    )
     look: Look = {'color': 'black', 'linestyle': (0, (5, 1, 1, 1, 1, 1)), 'linewidth': 1.0}
     label = "(3.7), the simulated robot's body held rigid"
-    axis.plot(*rigid_difference(run), label=label, **look)
+    axis.plot(slope, difference, label=label, **look)
+
+
+def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
+    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if it did not stay up."""
+    if not run.stayed_up:
+        return math.nan
+    return float(np.abs(rate.values(motion(run))).max())
 
 
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
@@ -245,14 +309,11 @@ def tilting_ground(runs: dict[str, Runs]) -> Figure:
         height=5.4,
     )
     for (case, group), look in zip(cases.items(), LOOKS, strict=False):
+        falls = case + _falls_text(group)
         for axis, name, values in (
             (slope, f'read back, {case}', lambda series: np.degrees(series.read_inclination)),
             (stage, case, lambda series: series.stage),
-            (
-                difference,
-                case + _falls_text(group),
-                lambda series: series.foot_force @ TOES_AND_HEELS,
-            ),
+            (difference, falls, lambda series: series.foot_force @ TOES_AND_HEELS),
             (correction, case, lambda series: np.degrees(series.correction_of('ankle'))),
         ):
             draw_seeds(axis, group, signals_until_fall, values, name, **look)

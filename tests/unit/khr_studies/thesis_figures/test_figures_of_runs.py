@@ -22,7 +22,8 @@ from khr_studies.measuring.thesis_values import (
 from khr_studies.measuring.thesis_walks import published_lines
 from khr_studies.thesis_figures.gaits import peaks_of_swings
 from khr_studies.thesis_figures.registry import FIGURES, draw, run_experiments
-from khr_studies.thesis_figures.run_plots import RATES, overshoot_of
+from khr_studies.thesis_figures.run_plots import RATES
+from khr_studies.thesis_figures.standing import overshoot_of
 from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
 from tests.support.figures import PANELS, check_with_units, curve, rows_of
 
