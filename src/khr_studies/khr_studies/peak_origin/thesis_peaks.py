@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 from scipy import stats
+from scipy.ndimage import convolve1d
 
 from khr_common.published import GAIT_PERIOD
 from khr_studies.measuring.thesis_values import LINE_HZ
@@ -47,7 +48,11 @@ def resonance(reference: Walks, changed: Walks) -> Resonance | None:
     Args:
         reference, changed: walks with the same cycle period.
     """
-    first, second = (_smooth(_between(walks)) for walks in (reference, changed))
+    average = np.full(SMOOTHED, 1.0 / SMOOTHED)
+    first, second = (
+        convolve1d(_between(walks), average, axis=1, mode='nearest')
+        for walks in (reference, changed)
+    )
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
     top = int(np.argmax(added))
     if added[top] <= 0.0:
@@ -74,13 +79,6 @@ def _between(walks: Walks) -> Array:
     count = walks.frequency.size // walks.cycles
     power = walks.amplitudes[:, : count * walks.cycles] ** 2
     return np.asarray(power.reshape(len(power), count, walks.cycles)[:, :, 1:].mean(axis=2))
-
-
-def _smooth(power: Array) -> Array:
-    padded = np.pad(power, ((0, 0), (SMOOTHED // 2, SMOOTHED // 2)), mode='edge')
-    return np.asarray(
-        np.lib.stride_tricks.sliding_window_view(padded, SMOOTHED, axis=1).mean(axis=-1)
-    )
 
 
 @dataclass(frozen=True)

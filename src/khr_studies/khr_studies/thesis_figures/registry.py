@@ -37,17 +37,9 @@ from khr_studies.peak_origin import figure as lines
 from khr_studies.peak_origin.study import explain_all, measure_line_11
 from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions
-from khr_studies.thesis_figures import gaits, models, spectra, standing
+from khr_studies.thesis_figures import gaits, models, spectra, standing, vibration
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.run_plots import RATES
-from khr_studies.thesis_figures.vibration import (
-    amplitude_by_slope,
-    measure_amplitudes,
-    measure_bands,
-    measure_loops,
-    open_loops,
-    vibration_by_gain,
-)
 from khr_sweeps.pool import check_workers
 
 
@@ -177,9 +169,11 @@ FIGURES: dict[str, Drawing] = {
     ),
     'amplitude_by_slope': Drawing(
         'Amplitude of the pitch rate against the inclination, by centre of mass',
-        amplitude_by_slope,
-        measure=measure_amplitudes,
-        quick=partial(measure_amplitudes, shifts=(0.0, 0.01), slopes_deg=(0, 2, 4, 5), seeds=1),
+        vibration.amplitude_by_slope,
+        measure=vibration.measure_amplitudes,
+        quick=partial(
+            vibration.measure_amplitudes, shifts=(0.0, 0.01), slopes_deg=(0, 2, 4, 5), seeds=1
+        ),
     ),
     'capture_point': Drawing(
         'Largest push by feet, flywheel and steps, models', models.capture_point
@@ -197,7 +191,9 @@ FIGURES: dict[str, Drawing] = {
         'Origin of the spectral lines', lines.origin_of_lines, ('lines',), measure=explain_all
     ),
     'open_loops': Drawing(
-        'Bode plots of the open loops of ankle and hip', open_loops, measure=measure_loops
+        'Bode plots of the open loops of ankle and hip',
+        vibration.open_loops,
+        measure=vibration.measure_loops,
     ),
     'push': Drawing(
         'Largest push against the gain, models',
@@ -219,9 +215,9 @@ FIGURES: dict[str, Drawing] = {
     'stiffness': Drawing("Vibration against the joint's stiffness", models.stiffness),
     'vibration_by_gain': Drawing(
         'Vibration of the walk by band, against the ankle gain',
-        vibration_by_gain,
-        measure=measure_bands,
-        quick=partial(measure_bands, gains=(0.0, 6.0, 12.0, 18.0), seeds=1),
+        vibration.vibration_by_gain,
+        measure=vibration.measure_bands,
+        quick=partial(vibration.measure_bands, gains=(0.0, 6.0, 12.0, 18.0), seeds=1),
     ),
 }
 

@@ -28,27 +28,10 @@ from khr_studies.thesis_figures.vibration import (
 )
 from tests.support.figures import PANELS, check_whole
 
-ASKED = (
-    '3.4',
-    '3.5',
-    '3.6',
-    '3.8',
-    '3.9',
-    '3.10',
-    '3.11b',
-    '3.12',
-    '3.13',
-    '3.15',
-    '4.4',
-    '4.5',
-    '4.6',
-    '4.8',
-    '4.10',
-    '4.11',
-    '4.12',
-    *(f'5.{number}' for number in range(5, 15)),
-)
-SLOW = (
+CHAPTERS_3_AND_4 = '3.4 3.5 3.6 3.8 3.9 3.10 3.11b 3.12 3.13 3.15 4.4 4.5 4.6 4.8 4.10 4.11 4.12'
+ASKED = (*CHAPTERS_3_AND_4.split(), *(f'5.{number}' for number in range(5, 15)))
+# seconds to minutes each
+SLOW = [
     '4.8',
     '4.11',
     '4.12',
@@ -57,7 +40,7 @@ SLOW = (
     'push_robot',
     'stiffness',
     'vibration_by_gain',
-)  # seconds to minutes each
+]
 OF_MODELS = [
     number for number, drawing in FIGURES.items() if number not in SLOW and not drawing.experiments
 ]

@@ -7,7 +7,6 @@ import pytest
 
 from khr_bringup.offline import run_offline
 from khr_description.robot import JOINTS, Robot
-from khr_sim.physics.world import Array
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.run_table import run_table
 from khr_studies.third_stage import study as stage3
@@ -118,7 +117,7 @@ def test_the_model_predicts_its_own_edge():
         assert edge.with_hip > edge.without_hip
 
 
-def posture() -> Array:
+def posture():
     angles = np.zeros(len(JOINTS))
     for side in 'lr':
         for name, angle in (('hip_pitch', -0.3), ('knee', 0.6), ('ankle_pitch', -0.3)):
