@@ -8,7 +8,7 @@ from math import atan2, cos, degrees, hypot, inf, isfinite, radians
 from typing import Literal, NamedTuple
 
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
-from khr_common import parameter, sample_period
+from khr_common import fixed, parameter, sample_period
 from khr_common.block import NodeSpec, Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
@@ -69,12 +69,11 @@ class MonitorParameters:
         'khr makes it the end of a walk or leg lift unless the scenario states it.',
         '[0, 1e+06] s',
     )
-    judge_by: str = parameter(
+    judge_by: str = fixed(
         'truth',
         'What to judge by: the truth of a simulator, or what the sensors read, which shows only '
         'whether the robot fell (khr: what the driver publishes).',
         choices=('truth', 'sensors'),
-        read_only=True,
     )
     fall_rate_deg: float = parameter(
         150.0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast, get_args
 
-from khr_common import ParameterError, parameter
+from khr_common import ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
 from khr_common.interfaces import Flow, Topic
@@ -54,9 +54,7 @@ class RecorderParameters:
         'period: the run waits for it), "latched" or "event"; those of every run if empty.',
         wiring=True,
     )
-    extra_topics: tuple[str, ...] = parameter(
-        ('',), 'Further topics to record, in the same form.', read_only=True
-    )
+    extra_topics: tuple[str, ...] = fixed(('',), 'Further topics to record, in the same form.')
 
     def __post_init__(self) -> None:
         self.recorded()

@@ -8,7 +8,7 @@ from math import hypot, sqrt
 from typing import Any, NamedTuple
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
-from khr_common import ParameterError, build, parameter
+from khr_common import ParameterError, build, fixed
 from khr_common.block import Block, NodeSpec, Numbers, Signals
 from khr_common.interfaces import DECIDED, DECISION, TRUE_POSE
 
@@ -18,11 +18,10 @@ NEAREST = 0.16  # m between two robots at the start, from middle to middle of th
 
 
 def _start(x: float, heading_deg: float) -> Any:
-    return parameter(
+    return fixed(
         (x, 0.0, heading_deg),
         'Place of the soles, x and y in m, and heading in deg (0 faces along x) at the start.',
         length=3,
-        read_only=True,
     )
 
 
@@ -34,34 +33,28 @@ class RefereeParameters:
         ParameterError: if a robot starts outside of the ring, or inside the other one.
     """
 
-    rounds: int = parameter(
+    rounds: int = fixed(
         1,
         'Rounds, each with other seeds; a robot that wins more than half ends the bout.',
         '[1, 99]',
-        read_only=True,
     )
-    time_limit: float = parameter(180.0, 'Time of a round.', '[0.1, 3600] s', read_only=True)
-    down_time: float = parameter(
-        3.0, 'Time that a robot must stay down to lose the round.', '[0, 60] s', read_only=True
+    time_limit: float = fixed(180.0, 'Time of a round.', '[0.1, 3600] s')
+    down_time: float = fixed(
+        3.0, 'Time that a robot must stay down to lose the round.', '[0, 60] s'
     )
-    fall_tilt_deg: float = parameter(
+    fall_tilt_deg: float = fixed(
         MonitorParameters.fall_tilt_deg,
         'Angle between torso and vertical from which on a robot is down.',
         '[5, 90] deg',
-        read_only=True,
     )
-    fall_height: float = parameter(
+    fall_height: float = fixed(
         MonitorParameters.fall_height,
         'Height of the torso above the lower sole, over that at the start, below which a robot '
         'is down.',
         '[0, 1]',
-        read_only=True,
     )
-    ring_width: float = parameter(
-        1.8,
-        'Distance between two opposite edges of the octagonal ring.',
-        '[0.5, 10] m',
-        read_only=True,
+    ring_width: float = fixed(
+        1.8, 'Distance between two opposite edges of the octagonal ring.', '[0.5, 10] m'
     )
     red_start: tuple[float, ...] = _start(-0.3, 0.0)
     blue_start: tuple[float, ...] = _start(0.3, 180.0)

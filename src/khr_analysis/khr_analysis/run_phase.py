@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_common import parameter
+from khr_common import fixed
 from khr_common.block import NodeSpec
 from khr_common.interfaces import CLOCK, DIAGNOSTICS, STATE
 
@@ -13,18 +13,16 @@ from khr_common.interfaces import CLOCK, DIAGNOSTICS, STATE
 class RunPhaseParameters:
     """The parameter table of the node ``run_phase``."""
 
-    duration: float = parameter(
+    duration: float = fixed(
         0.0,
         'Time of the run on the clock of the driver; 0 goes on until stopped (khr: as long as the '
         'motion).',
         '[0, 1e+06] s',
-        read_only=True,
     )
-    sync: str = parameter(
+    sync: str = fixed(
         'realtime',
         'Whether the driver waits for answers; the node only reports it.',
         choices=('lockstep', 'realtime'),
-        read_only=True,
     )
 
 

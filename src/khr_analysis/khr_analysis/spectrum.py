@@ -12,7 +12,7 @@ import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
 from khr_analysis.quantities import QUANTITIES
-from khr_common import ParameterError, parameter, sample_period
+from khr_common import ParameterError, fixed, parameter, sample_period
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, PEAKS, READY, SPECTRUM, STATE
@@ -48,16 +48,13 @@ class FftAnalyserParameters:
         'the gait on a bin of its own; for other lengths take "hann".',
         choices=('rectangular', 'hann'),
     )
-    input_type: str = parameter(
+    input_type: str = fixed(
         'sensor_msgs/msg/Imu',
         'Type of the topic to analyse, imu/data_raw or the one it is remapped to.',
         choices=tuple(QUANTITIES),
-        read_only=True,
     )
-    axis: str = parameter(
-        '',
-        'Axis to analyse: x, y or z; of a JointState a joint. By default y, of a force z.',
-        read_only=True,
+    axis: str = fixed(
+        '', 'Axis to analyse: x, y or z; of a JointState a joint. By default y, of a force z.'
     )
     remove_mean: bool = parameter(True, 'Subtract the mean of the window first.')
     rate: float = parameter(

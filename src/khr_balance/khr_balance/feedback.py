@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
 from typing import Any, ClassVar, TypeVar
 
-from khr_common import parameter
+from khr_common import fixed, parameter
 from khr_common.block import Block, Numbers, Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, STAGE, Topic
@@ -57,12 +57,11 @@ class FeedbackParameters:
 
 def rate_delay(default: int) -> Any:
     """Return the parameter of the delay of the pitch rate; each controller has its own default."""
-    return parameter(
+    return fixed(
         default,
         'Delay of the pitch rate before the comparator, in control periods, in addition to the '
         "board's own delay.",
         '[0, 10]',
-        read_only=True,
     )
 
 
@@ -70,11 +69,10 @@ def rate_delay(default: int) -> Any:
 class BalanceParameters(FeedbackParameters):
     """Parameters of the ankle and the hip controller."""
 
-    staged: bool = parameter(
+    staged: bool = fixed(
         False,
         'Whether to scale the correction by the share from the stage node; the mode of the stage '
         'node must then not be none.',
-        read_only=True,
     )
     reference_amplitude: float = parameter(
         0.0,

@@ -130,14 +130,23 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def fixed(
+    default: Any,
+    description: str,
+    accepted: str = '',
+    *,
+    choices: tuple[str, ...] = (),
+    length: int | None = None,
+) -> Any:
+    """Declare a parameter that cannot change during a run; otherwise as :func:`parameter`."""
+    return parameter(
+        default, description, accepted, choices=choices, length=length, read_only=True
+    )
+
+
 def sample_period(maximum: float = 0.1) -> Any:
     """Declare the period of a node that works on the simulator's samples, s."""
-    return parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        f'[0.001, {maximum}] s',
-        read_only=True,
-    )
+    return fixed(0.015, 'Period of the samples, that of the simulator.', f'[0.001, {maximum}] s')
 
 
 def specifications(table: type[Any]) -> Mapping[str, Specification]:

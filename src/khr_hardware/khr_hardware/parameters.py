@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_common import parameter
+from khr_common import fixed, parameter
 
 
 @dataclass(frozen=True)
@@ -15,39 +15,28 @@ class BoardParameters:
     take the simulator's values of the scenario. An empty text in a list is ignored.
     """
 
-    port: str = parameter('/dev/ttyUSB0', 'Serial line of the board.', read_only=True)
-    baud: int = parameter(
-        0,
-        'Rate of the line: 115200, 625000 or 1250000; 0 tries all three.',
-        '[0, 1250000]',
-        read_only=True,
+    port: str = fixed('/dev/ttyUSB0', 'Serial line of the board.')
+    baud: int = fixed(
+        0, 'Rate of the line: 115200, 625000 or 1250000; 0 tries all three.', '[0, 1250000]'
     )
-    reply_timeout: float = parameter(
+    reply_timeout: float = fixed(
         0.02,
         'Timeout of the first byte of a reply, and of the rest; an exchange is tried three times.',
         '[0.005, 1] s',
-        read_only=True,
     )
-    map: str = parameter(
+    map: str = fixed(
         '',
         "YAML file of servos and AD ports, or the name khr3hv_forces; by default the KHR-3HV's map.",
-        read_only=True,
     )
-    control_period: float = parameter(
-        0.015,
-        'Output cycle of the board: 0.010, 0.015, 0.020 or 0.025.',
-        '[0.01, 0.025] s',
-        read_only=True,
+    control_period: float = fixed(
+        0.015, 'Output cycle of the board: 0.010, 0.015, 0.020 or 0.025.', '[0.01, 0.025] s'
     )
-    duration: float = parameter(
+    duration: float = fixed(
         0.0,
         'Duration of the run; 0 runs until stopped (khr: duration of the motion).',
         '[0, 1e6] s',
-        read_only=True,
     )
-    sync: str = parameter(
-        'realtime', 'A real robot runs in real time only.', choices=('realtime',), read_only=True
-    )
+    sync: str = fixed('realtime', 'A real robot runs in real time only.', choices=('realtime',))
     answers: tuple[str, ...] = parameter(
         ('gait', 'ankle_controller', 'hip_controller'),
         'Nodes that provide the targets: the gait, and the controllers that correct it.',
@@ -58,12 +47,11 @@ class BoardParameters:
         'Maximum age: an older correction is dropped; with an older reference the robot holds.',
         '[0.02, 1] s',
     )
-    mixing: str = parameter(
+    mixing: str = fixed(
         'computer',
         "Where the feedback is added: computer (by the graph's controllers) or board (by its own "
         'mixing of the gyro; corrections of the controllers are then rejected).',
         choices=('computer', 'board'),
-        read_only=True,
     )
     ankle_ratio: int = parameter(
         0,
@@ -77,28 +65,23 @@ class BoardParameters:
         'hip_controller).',
         '[0, 127]',
     )
-    ad_offset: int = parameter(
+    ad_offset: int = fixed(
         0,
         "With mixing board: AD steps from the gyro's voltage at rest to its reference (khr: from "
         'reference_offset of the controllers).',
         '[-100, 100]',
-        read_only=True,
     )
-    urdf: str = parameter(
+    urdf: str = fixed(
         '',
         'URDF file to publish; empty publishes no description (khr: the URDF of the simulator).',
-        read_only=True,
     )
-    priority: int = parameter(
+    priority: int = fixed(
         50,
         'Real-time priority (SCHED_FIFO) of the thread of the driver, as far as ulimit -r '
         'permits; 0 does not request it.',
         '[0, 99]',
-        read_only=True,
     )
-    dry_run: bool = parameter(
-        False, 'Run without writing positions: no servo gets torque.', read_only=True
-    )
+    dry_run: bool = fixed(False, 'Run without writing positions: no servo gets torque.')
     at_exit: str = parameter(
         'free',
         'State of the servos after the node ends or exceeds a limit: free (for a robot on a stand) '

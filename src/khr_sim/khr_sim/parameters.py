@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from khr_common import ParameterError, parameter
+from khr_common import ParameterError, fixed, parameter
 from khr_common.published import CONTROL_PERIODS
 
 
@@ -36,17 +36,14 @@ class SimulatorParameters:
     inclination_rate_deg_s: float = parameter(
         0.0, 'Speed at which the inclination grows during the run.', '[-5, 5] deg/s'
     )
-    level_start: bool = parameter(
-        False,
-        'Start on level ground, which then tilts to the inclination at 2 deg/s.',
-        read_only=True,
+    level_start: bool = fixed(
+        False, 'Start on level ground, which then tilts to the inclination at 2 deg/s.'
     )
-    surface: str = parameter(
+    surface: str = fixed(
         'smooth',
         'Contact surface: bare soles on the smooth slope, rubber soles, or the pads of the '
         'force sensors.',
         choices=('smooth', 'rubber', 'pads'),
-        read_only=True,
     )
     friction: float = parameter(
         0.0, 'Friction coefficient of feet and ground; 0 takes the value of the surface.', '[0, 2]'
@@ -54,54 +51,43 @@ class SimulatorParameters:
     friction_smooth: float = _friction(0.2485, 'the bare sole on the smooth slope')
     friction_rubber: float = _friction(0.2849, 'the rubber sole on the slope')
     friction_pads: float = _friction(0.8, 'the force-sensor pads on the slope')
-    pad_distance: float = parameter(
-        0.02669,
-        'Distance of toe pad and heel pad from the ankle axis.',
-        '[0.005, 0.05] m',
-        read_only=True,
+    pad_distance: float = fixed(
+        0.02669, 'Distance of toe pad and heel pad from the ankle axis.', '[0.005, 0.05] m'
     )
-    engine: str = parameter(
+    engine: str = fixed(
         'bullet',
         'Physics engine: "bullet" is PyBullet; "mujoco" is MuJoCo, an extra of this package.',
         choices=('bullet', 'mujoco'),
-        read_only=True,
     )
-    physics_step: float = parameter(
-        0.001, 'Time step of the physics.', '[0.0001, 0.001] s', read_only=True
+    physics_step: float = fixed(0.001, 'Time step of the physics.', '[0.0001, 0.001] s')
+    solver_iterations: int = fixed(
+        50, 'Iterations of the contact solver per physics step.', '[5, 1000]'
     )
-    solver_iterations: int = parameter(
-        50, 'Iterations of the contact solver per physics step.', '[5, 1000]', read_only=True
-    )
-    solver_tolerance: float = parameter(
+    solver_tolerance: float = fixed(
         1e-6,
         'Convergence tolerance of the contact solver, as improvement of its cost (mujoco only).',
         '[0, 0.01]',
-        read_only=True,
     )
-    contact_time: float = parameter(
+    contact_time: float = fixed(
         0.004,
         'Time constant of the contact compliance, at least two physics steps (mujoco only).',
         '[0.0002, 0.05] s',
-        read_only=True,
     )
-    friction_cone: str = parameter(
+    friction_cone: str = fixed(
         'elliptic',
         'Friction cone: exact, or the inscribed pyramid (mujoco only).',
         choices=('elliptic', 'pyramid'),
-        read_only=True,
     )
-    control_period: float = parameter(
+    control_period: float = fixed(
         0.015,
         'Output period of the controller board: 0.010, 0.015, 0.020 or 0.025.',
         '[0.01, 0.025] s',
-        read_only=True,
     )
-    gui: bool = parameter(False, 'Show the window of the physics engine.', read_only=True)
-    servo_model: str = parameter(
+    gui: bool = fixed(False, 'Show the window of the physics engine.')
+    servo_model: str = fixed(
         'pid',
         'Position loop of the servos: stiffness set by "stretch", or the identified PID loop.',
         choices=('stretch', 'pid'),
-        read_only=True,
     )
     stiffness_per_stretch: float = parameter(
         0.252, 'Stiffness of a servo per unit of its stretch setting.', '[0.01, 2] N m/rad'
@@ -155,18 +141,16 @@ class SimulatorParameters:
     backlash_deg: float = parameter(
         0.197, 'Total free play of the gears of a servo, at the output shaft.', '[0, 3] deg'
     )
-    seed: int = parameter(0, 'Seed of the initial error.', '[0, inf]', read_only=True)
-    initial_tilt_deg: float = parameter(
+    seed: int = fixed(0, 'Seed of the initial error.', '[0, inf]')
+    initial_tilt_deg: float = fixed(
         0.0,
         'Standard deviation of the initial error in pitch and roll of the robot.',
         '[0, 5] deg',
-        read_only=True,
     )
-    zero_error_deg: float = parameter(
+    zero_error_deg: float = fixed(
         0.0,
         'Standard deviation of the zero errors of the servos, drawn once per seed.',
         '[0, 2] deg',
-        read_only=True,
     )
     stop_when_tilted_deg: float = parameter(
         60.0, 'Tilt of the torso that ends a run.', '[10, 180] deg'

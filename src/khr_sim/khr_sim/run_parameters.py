@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from khr_common import ParameterError, parameter
+from khr_common import ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError, quoted
@@ -32,18 +32,16 @@ class RunParameters(SimulatorParameters):
     A list with one empty text is an empty list, as ROS 2 has no typed empty list.
     """
 
-    sync: str = parameter(
+    sync: str = fixed(
         'lockstep',
         'Wait for the answers of each period (lockstep), or run against the wall clock (realtime).',
         choices=('lockstep', 'realtime'),
-        read_only=True,
     )
-    control_delay: int = parameter(
+    control_delay: int = fixed(
         1,
         'Periods between a sample and the motion that its answers cause; 1 as on the real '
         'board, so that physics and controllers overlap.',
         '[0, 1] periods',
-        read_only=True,
     )
     answers: tuple[str, ...] = parameter(
         SOURCES,
@@ -82,17 +80,15 @@ class RunParameters(SimulatorParameters):
     command_timeout: float = parameter(
         0.1, 'Age limit of a correction in realtime mode; older ones are dropped.', '[0.001, 10] s'
     )
-    duration: float = parameter(
+    duration: float = fixed(
         0.0,
         'Simulated time of the run; 0 runs until stopped (khr: to the end of the motion).',
         '[0, 1e+06] s',
-        read_only=True,
     )
-    pushes: tuple[str, ...] = parameter(
+    pushes: tuple[str, ...] = fixed(
         ('',),
         'Timed pushes, each "t=5.0 duration=0.1 link=base_link frame=odom force=8,0,0 '
         'point=0,0,0.05" in s, N and m.',
-        read_only=True,
     )
     push_link: str = parameter(
         'base_link', 'Link that a message on the topic push acts on if its frame is odom.'
@@ -104,9 +100,7 @@ class RunParameters(SimulatorParameters):
         length=3,
     )
     push_duration: float = parameter(0.1, 'Duration of a push by message.', '[0.001, 60] s')
-    push_limit: float = parameter(
-        1000.0, 'Largest force of a push.', '[0, 100000] N', read_only=True
-    )
+    push_limit: float = fixed(1000.0, 'Largest force of a push.', '[0, 100000] N')
 
     def __post_init__(self) -> None:
         super().__post_init__()

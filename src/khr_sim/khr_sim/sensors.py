@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, radians, tau
 
+from khr_common import fixed, parameter, sample_period
 from khr_common import interfaces as topics
-from khr_common import parameter, sample_period
 from khr_common.block import CoreBlock, NodeSpec, Numbers, Signals
 from khr_common.errors import KhrError
 from khr_common.published import AD_STEP
@@ -60,7 +60,7 @@ class GyroParameters:
         "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
         'at the nominal sensitivity.',
     )
-    seed: int = parameter(0, 'Seed of the noise.', '[0, inf]', read_only=True)
+    seed: int = fixed(0, 'Seed of the noise.', '[0, inf]')
     control_period: float = sample_period()
 
 
@@ -156,7 +156,7 @@ class FootForceParameters:
         '[0, 5] N',
     )
     time_constant: float = parameter(0.5, 'Time constant of the low-pass; 0 for none.', '[0, 1] s')
-    seed: int = parameter(0, 'Seed of the noise.', '[0, inf]', read_only=True)
+    seed: int = fixed(0, 'Seed of the noise.', '[0, inf]')
     control_period: float = sample_period()
 
 

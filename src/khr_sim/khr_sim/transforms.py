@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
-from khr_common import parameter
+from khr_common import fixed, parameter
 from khr_common.block import NodeSpec
 from khr_common.interfaces import JOINT_STATES, JOINTS, TF, TF_AVAILABLE, TF_STATIC, TRUE_POSE
 from khr_description.robot import Robot
@@ -19,9 +19,7 @@ Frames = tuple[tuple[str, str], ...]
 class TransformsParameters:
     """The parameter table of the transforms."""
 
-    enabled: bool = parameter(
-        True, 'Publish the frames of the robot, where tf2_msgs is installed.', read_only=True
-    )
+    enabled: bool = fixed(True, 'Publish the frames of the robot, where tf2_msgs is installed.')
     joints: bool = parameter(
         True,
         'Publish the frames below base_link as well; false if robot_state_publisher does so.',

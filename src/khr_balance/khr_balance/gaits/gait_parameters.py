@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
 
-from khr_common import parameter
+from khr_common import fixed, parameter
 from khr_common.published import GAIT_PERIOD
 
 
@@ -26,12 +26,8 @@ class GaitParameters:
     motion: str = parameter(
         'walk', 'Motion to play back.', choices=('stand', 'guard', 'walk', 'leg_lift', 'file')
     )
-    motion_file: str = parameter(
-        '', 'File: CSV or YAML file of key frames, relative to the scenario.', read_only=True
-    )
-    frames: str = parameter(
-        '', 'File: the key frames as CSV, read from ``motion_file``.', read_only=True
-    )
+    motion_file: str = fixed('', 'File: CSV or YAML file of key frames, relative to the scenario.')
+    frames: str = fixed('', 'File: the key frames as CSV, read from ``motion_file``.')
     between: str = parameter(
         'rest',
         'File: joints or centre of mass rest at every key frame, or pass it smoothly.',
