@@ -83,8 +83,7 @@ RECORDER = NodeSpec(
 def _topic(line: str) -> Topic:
     name, kind, flow = (line.split() + [''] * 3)[:3]
     if kind.count('/') != 2 or flow not in get_args(Flow):
-        raise ParameterError(
-            f'topics: {line!r} is not accepted; accepted: NAME PACKAGE/msg/TYPE '
-            f'{"|".join(get_args(Flow))}'
+        raise ParameterError.refused(
+            'topics', line, f'NAME PACKAGE/msg/TYPE {"|".join(get_args(Flow))}'
         )
     return Topic(name, kind, '', cast(Flow, flow))

@@ -72,14 +72,11 @@ class RefereeParameters:
         for name in ('red_start', 'blue_start'):
             place = getattr(self, name)
             if beyond(place, self.ring_width):
-                raise ParameterError(
-                    f'{name}: {list(place)} is not accepted; accepted: a place in the ring'
-                )
+                raise ParameterError.refused(name, list(place), 'a place in the ring')
         apart = hypot(*(self.red_start[n] - self.blue_start[n] for n in range(2)))
         if apart < NEAREST:
-            raise ParameterError(
-                f'blue_start: {list(self.blue_start)} is not accepted; accepted: '
-                f'{NEAREST:g} m from red_start at least'
+            raise ParameterError.refused(
+                'blue_start', list(self.blue_start), f'{NEAREST:g} m from red_start at least'
             )
 
 

@@ -77,14 +77,16 @@ class FftAnalyserParameters:
 
     def __post_init__(self) -> None:
         if self.size < 8:
-            raise ParameterError(
-                f'window_length: {self.window_length!r} is not accepted; accepted: at least '
-                f'{8 * self.control_period:g} s, eight control periods'
+            raise ParameterError.refused(
+                'window_length',
+                self.window_length,
+                f'at least {8 * self.control_period:g} s, eight control periods',
             )
         if self.max_frequency * self.window_length < 1.0 - 1e-9:
-            raise ParameterError(
-                f'max_frequency: {self.max_frequency!r} is not accepted; accepted: at least '
-                f'{1.0 / self.window_length:.4g} Hz, 1 / window_length'
+            raise ParameterError.refused(
+                'max_frequency',
+                self.max_frequency,
+                f'at least {1.0 / self.window_length:.4g} Hz, 1 / window_length',
             )
 
     @property
@@ -237,7 +239,7 @@ class SpectrumAnalyser:
             value: in any unit.
         """
         if not isfinite(value):
-            raise KhrError(f'value: {value!r} is not accepted; accepted: finite')
+            raise KhrError.refused('value', value, 'finite')
         if time == self._last:
             return None
         if self._last is not None:

@@ -218,7 +218,7 @@ def finite(name: str, value: float, unit: str) -> float:
             an error.
     """
     if not isfinite(value):
-        raise KhrError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')
+        raise KhrError.refused(name, value, f'finite, in {unit}')
     return float(value)
 
 
@@ -229,9 +229,6 @@ def finite_forces(foot_forces: Sequence[float]) -> tuple[float, float, float, fl
         KhrError: if they are not four finite numbers.
     """
     if len(foot_forces) != 4:
-        raise KhrError(
-            f'foot_forces: {foot_forces!r} is not accepted; '
-            f'accepted: l_toe, l_heel, r_toe, r_heel in N'
-        )
+        raise KhrError.refused('foot_forces', foot_forces, 'l_toe, l_heel, r_toe, r_heel in N')
     l_toe, l_heel, r_toe, r_heel = (finite('foot_forces', force, 'N') for force in foot_forces)
     return l_toe, l_heel, r_toe, r_heel

@@ -87,9 +87,10 @@ class StageParameters:
 
     def __post_init__(self) -> None:
         if self.hip_above_deg < self.ankle_above_deg:
-            raise ParameterError(
-                f'hip_above_deg: {self.hip_above_deg!r} is not accepted; '
-                f'accepted: at least ankle_above_deg, {self.ankle_above_deg!r}'
+            raise ParameterError.refused(
+                'hip_above_deg',
+                self.hip_above_deg,
+                f'at least ankle_above_deg, {self.ankle_above_deg!r}',
             )
 
 
@@ -152,9 +153,8 @@ class StagePolicy:
     def _late(self, joint_angles: Sequence[float]) -> list[float]:
         """Return the joint angles, delayed like the force sensors, which also start from 0."""
         if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
-            raise KhrError(
-                f'joint_angles: {joint_angles!r} is not accepted; '
-                f'accepted: {len(JOINTS)} finite angles in rad'
+            raise KhrError.refused(
+                'joint_angles', joint_angles, f'{len(JOINTS)} finite angles in rad'
             )
         *angles, weight = self._posture.update([*joint_angles, 1.0])
         return [angle / weight for angle in angles]

@@ -32,7 +32,7 @@ def positive(name: str, value: float, unit: str = '') -> None:
 def non_negative(name: str, value: float) -> None:
     """Refuse a value that is not finite and at least 0."""
     if not (math.isfinite(value) and value >= 0.0):
-        raise KhrError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
+        raise KhrError.refused(name, value, '[0, inf)')
 
 
 def within(name: str, value: npt.ArrayLike, low: float, high: float) -> None:
@@ -40,22 +40,19 @@ def within(name: str, value: npt.ArrayLike, low: float, high: float) -> None:
     values = np.asarray(value, dtype=np.float64)
     outside = values[~((values >= low) & (values <= high))]
     if outside.size:
-        raise KhrError(
-            f'{name}: {float(outside.flat[0])!r} is not accepted; '
-            f'accepted: [{low:.6g}, {high:.6g}]'
-        )
+        raise KhrError.refused(name, float(outside.flat[0]), f'[{low:.6g}, {high:.6g}]')
 
 
 def finite(name: str, value: float) -> None:
     """Refuse infinity and NaN."""
     if not math.isfinite(value):
-        raise KhrError(f'{name}: {value!r} is not accepted; accepted: (-inf, inf)')
+        raise KhrError.refused(name, value, '(-inf, inf)')
 
 
 def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
     """Refuse a value that is not one of the choices."""
     if value not in choices:
-        raise KhrError(f'{name}: {value!r} is not accepted; accepted: {" | ".join(choices)}')
+        raise KhrError.refused(name, value, ' | '.join(choices))
 
 
 def integer(name: str, value: int, low: int, high: int) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Self
 
 INTERRUPTED = 130  # exit code of a command that SIGINT ended, as shells have it
 LONGEST = 200  # characters of a foreign value that an error text repeats
@@ -14,6 +15,11 @@ LONGEST = 200  # characters of a foreign value that an error text repeats
 
 class KhrError(Exception):
     """A user's mistake; its text is one line with name, place, value and accepted values."""
+
+    @classmethod
+    def refused(cls, name: str, value: object, accepted: str) -> Self:
+        """Return the error of a value that is not accepted, with what is accepted instead."""
+        return cls(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
 
 
 class RunError(KhrError):

@@ -39,9 +39,8 @@ class Board:
             KhrError: if the target is not n finite numbers.
         """
         if len(target) != len(self._lower) or not isfinite(sum(target)):
-            raise KhrError(
-                f'target: {list(target)} is not accepted; '
-                f'accepted: {len(self._lower)} finite angles in rad'
+            raise KhrError.refused(
+                'target', list(target), f'{len(self._lower)} finite angles in rad'
             )
         counts = np.rint(np.divide(target, COUNT))
         counts = np.minimum(np.maximum(counts, self._lower), self._upper)

@@ -158,15 +158,15 @@ class SimulatorParameters:
 
     def __post_init__(self) -> None:
         if self.control_period not in CONTROL_PERIODS:
-            raise ParameterError(
-                f'control_period: {self.control_period!r} is not accepted; '
-                f'accepted: {" | ".join(map(str, CONTROL_PERIODS))} s'
+            raise ParameterError.refused(
+                'control_period', self.control_period, f'{" | ".join(map(str, CONTROL_PERIODS))} s'
             )
         if self.steps * round(self.physics_step * 1e9) != round(self.control_period * 1e9):
-            raise ParameterError(
-                f'physics_step: {self.physics_step!r} is not accepted; accepted: '
-                f'whole nanoseconds, a whole fraction of the control '
-                f'period, {self.control_period} s'
+            raise ParameterError.refused(
+                'physics_step',
+                self.physics_step,
+                'whole nanoseconds, a whole fraction of the control period, '
+                f'{self.control_period} s',
             )
         if self.contact_time < 2.0 * self.physics_step:  # MuJoCo would clamp it silently
             raise ParameterError(

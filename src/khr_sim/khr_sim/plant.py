@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import radians
 
 from khr_common.arithmetic import warn_unless_portable
-from khr_common.errors import KhrError, quoted
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_INDEX, JOINTS
 from khr_sim.physics.body import Start
 from khr_sim.physics.push import Push
@@ -34,9 +34,7 @@ def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) 
     for correction in corrections:
         for joint, angle in correction.items():
             if joint not in JOINT_INDEX:
-                raise KhrError(
-                    f'joint: {quoted(joint)} is not accepted; accepted: {" | ".join(JOINTS)}'
-                )
+                raise KhrError.refused('joint', joint, ' | '.join(JOINTS))
             target[JOINT_INDEX[joint]] += angle
     return target
 

@@ -11,7 +11,7 @@ from typing import Any
 from khr_common import ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError, quoted
+from khr_common.errors import KhrError
 from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
@@ -105,14 +105,10 @@ class RunParameters(SimulatorParameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.push_link not in link_names():
-            raise ParameterError(
-                f'push_link: {quoted(self.push_link)} is not accepted; '
-                f'accepted: {" | ".join(link_names())}'
-            )
+            raise ParameterError.refused('push_link', self.push_link, ' | '.join(link_names()))
         if math.hypot(*self.push_point) > LONGEST_ARM:
-            raise ParameterError(
-                f'push_point: {quoted(self.push_point)} is not accepted; '
-                f'accepted: up to {LONGEST_ARM:g} m away'
+            raise ParameterError.refused(
+                'push_point', self.push_point, f'up to {LONGEST_ARM:g} m away'
             )
         try:
             for text in filter(None, self.pushes):
@@ -149,7 +145,7 @@ class RunParameters(SimulatorParameters):
             ('point', push.point, f'up to {LONGEST_ARM:g} m away', arm <= LONGEST_ARM),
         ):
             if not fine:
-                raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
+                raise KhrError.refused(name, value, accepted)
 
 
 SIMULATOR = NodeSpec(

@@ -95,10 +95,7 @@ class Gyro:
             KhrError: if the rates are not three finite numbers.
         """
         if len(angular_rate) != 3 or not all(map(isfinite, angular_rate)):
-            raise KhrError(
-                f'angular_rate: {angular_rate!r} is not accepted; '
-                f'accepted: three finite rates in rad/s'
-            )
+            raise KhrError.refused('angular_rate', angular_rate, 'three finite rates in rad/s')
         # Always drawn, so that the sequence depends on the seed alone.
         noise = self._noise.standard_normal(3).tolist()
         sensed = self._sense(angular_rate)
@@ -187,10 +184,7 @@ class FootForce:
             KhrError: if the forces are not (4, 3) finite numbers.
         """
         if [*map(len, contact_force)] != [3] * 4 or not isfinite(sum(map(sum, contact_force))):
-            raise KhrError(
-                f'contact_force: {contact_force!r} is not accepted; '
-                f'accepted: (4, 3) finite forces in N'
-            )
+            raise KhrError.refused('contact_force', contact_force, '(4, 3) finite forces in N')
         own = self.parameters
         # Always drawn, so that the sequence depends on the seed alone.
         noise = self._noise.standard_normal(4).tolist()

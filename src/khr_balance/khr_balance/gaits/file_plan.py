@@ -114,9 +114,11 @@ class _Repetition:
             return
         ends, times = self._parameters.repeat, self.frames.times
         if self._span <= 0.0 or not set(ends) <= set(times):
-            raise GaitError(
-                f'gait: repeat: {list(ends)} is not accepted; accepted: the times of two frames of '
-                f'{self._parameters.motion_file}, the earlier first, or [0.0, 0.0]'
+            raise GaitError.refused(
+                'gait: repeat',
+                list(ends),
+                f'the times of two frames of {self._parameters.motion_file}, the earlier first, '
+                'or [0.0, 0.0]',
             )
         first, last = (times.index(end) for end in ends)
         for column, values in self.frames.columns.items():

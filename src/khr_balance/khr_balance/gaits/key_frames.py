@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 
 from khr_balance.gaits.kinematics import ROBOT, GaitError
-from khr_common.errors import named, quoted
+from khr_common.errors import named
 from khr_common.interfaces import JOINTS
 from khr_common.strict_yaml import read_yaml
 
@@ -174,9 +174,8 @@ def _value(file: str, number: int, name: str, column: str, cell: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         value = inf
     if not (isfinite(value) and low <= value <= high):
-        raise GaitError(
-            f'{file}: frame {number}: {name}: {quoted(cell)} is not accepted; accepted: '
-            f'[{low / factor:.4g}, {high / factor:.4g}]'
+        raise GaitError.refused(
+            f'{file}: frame {number}: {name}', cell, f'[{low / factor:.4g}, {high / factor:.4g}]'
         )
     return value
 

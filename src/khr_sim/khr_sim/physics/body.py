@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from khr_common.errors import KhrError, quoted
+from khr_common.errors import KhrError
 from khr_common.interfaces import BODY, TORSO
 from khr_common.rotation import Array, applied, carried, matrix, pitched, product, rotated, turned
 from khr_common.signals import generator
@@ -107,10 +107,7 @@ class Body:
             KhrError: if the link is unknown, or too many pushes are pending.
         """
         if push.link not in self._robot.links:
-            raise KhrError(
-                f'link: {quoted(push.link)} is not accepted; accepted: '
-                f'{" | ".join(self._robot.links)}'
-            )
+            raise KhrError.refused('link', push.link, ' | '.join(self._robot.links))
         self.pushes = [each for each in self.pushes if each.start + each.duration >= now]
         if len(self.pushes) >= MOST_PUSHES:
             raise KhrError(f'push: {MOST_PUSHES} are under way; accepted: fewer')

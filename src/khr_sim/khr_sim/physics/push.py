@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NoReturn
 
-from khr_common.errors import KhrError, quoted
+from khr_common.errors import KhrError
 
 Vector = tuple[float, ...]
 
@@ -36,15 +35,15 @@ class Push:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.start) and self.start >= 0.0):
-            _refuse('t', self.start, 'seconds, 0 or more')
+            raise KhrError.refused('t', self.start, 'seconds, 0 or more')
         if not (math.isfinite(self.duration) and self.duration > 0.0):
-            _refuse('duration', self.duration, 'seconds, more than 0')
+            raise KhrError.refused('duration', self.duration, 'seconds, more than 0')
         if self.frame not in ('odom', self.link):
-            _refuse('frame', self.frame, f'odom | {self.link}')
+            raise KhrError.refused('frame', self.frame, f'odom | {self.link}')
         for name in ('force', 'point'):
             vector = getattr(self, name)
             if len(vector) != 3 or not all(map(math.isfinite, vector)):
-                _refuse(name, vector, 'three finite numbers')
+                raise KhrError.refused(name, vector, 'three finite numbers')
 
     @classmethod
     def parse(cls, text: str) -> Push:
@@ -60,11 +59,15 @@ class Push:
         for word in text.split():
             key, _, value = word.partition('=')
             if key not in _KEYS or key in values or not value:
-                _refuse('push', text, f'each of {" ".join(f"{k}=..." for k in _KEYS)} once')
+                raise KhrError.refused(
+                    'push', text, f'each of {" ".join(f"{k}=..." for k in _KEYS)} once'
+                )
             values[key] = value
         values.setdefault('point', '0,0,0')
         if missing := [key for key in _KEYS if key not in values]:
-            _refuse('push', text, f'also {" ".join(f"{key}=..." for key in missing)}')
+            raise KhrError.refused(
+                'push', text, f'also {" ".join(f"{key}=..." for key in missing)}'
+            )
         return cls(
             _number('t', values['t']),
             _number('duration', values['duration']),
@@ -81,16 +84,12 @@ _KEYS = ('t', 'duration', 'link', 'frame', 'force', 'point')
 def _number(key: str, text: str) -> float:
     try:
         return float(text)
-    except ValueError:
-        _refuse(key, text, 'a number')
+    except ValueError as error:
+        raise KhrError.refused(key, text, 'a number') from error
 
 
 def _triple(key: str, text: str) -> Vector:
     numbers = [_number(key, part) for part in text.split(',')]
     if len(numbers) != 3:
-        _refuse(key, text, 'three numbers, x,y,z')
+        raise KhrError.refused(key, text, 'three numbers, x,y,z')
     return tuple(numbers)
-
-
-def _refuse(name: str, value: object, accepted: str) -> NoReturn:
-    raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
