@@ -15,7 +15,7 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
-    entry_points={'khr.nodes': ['board = khr_hardware.node_specs:BOARD']},
+    entry_points={'khr.nodes': ['board = khr_hardware.parameters:BOARD']},
     package_data={'': ['py.typed', 'maps/*.yaml']},
     install_requires=['khr_common', 'pyserial'],
     extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},

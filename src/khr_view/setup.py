@@ -15,7 +15,7 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
-    entry_points={'khr.nodes': ['page = khr_view.node_specs:PAGE']},
+    entry_points={'khr.nodes': ['page = khr_view.parameters:PAGE']},
     package_data={'': ['py.typed', 'browser/*']},
     install_requires=[
         'khr_common',

@@ -29,7 +29,7 @@ from khr_hardware.client import TIMEOUT, connect
 from khr_hardware.driver import BoardDriver
 from khr_hardware.errors import BoardError
 from khr_hardware.protocol.memory import BAUD_RATES, Config
-from khr_hardware.virtual.faults import Fault, Faults
+from khr_hardware.virtual.server import Fault, Faults
 from tests.benchmarks.clock import log
 from tests.benchmarks.graphs import last_diagnostics
 from tests.fakes.boards import STANCE, Rig

@@ -8,7 +8,7 @@ from khr_hardware.client import Client
 from khr_hardware.driver import BoardDriver
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
-from khr_hardware.protocol.frames import refusal
+from khr_hardware.protocol.commands import refusal
 from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
 from tests.fakes.loopback import Loopback, TableServos

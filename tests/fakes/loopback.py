@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from khr_hardware.protocol.frames import Splitter
+from khr_hardware.protocol.commands import Splitter
 from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.board import VirtualBoard
 

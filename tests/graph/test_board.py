@@ -16,7 +16,7 @@ from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, JOINTS
 from khr_description.robot import Robot
 from khr_hardware.joint_map import COUNT
-from khr_hardware.node_specs import BOARD
+from khr_hardware.parameters import BOARD
 from khr_hardware.protocol.memory import FREE
 from tests.fakes.boards import TRIMS, Rig
 from tests.support.browser import viewer

@@ -11,7 +11,7 @@ from khr_bringup.bout.bout import load_bout
 from khr_bringup.bout.offline import run_bout
 from khr_bringup.bout.recorded import played
 from khr_view.charts.charts import BLUE, RED
-from khr_view.model.shapes import shapes
+from khr_view.page.scene_view import shapes
 from khr_view.playback import PlayedRuns, timelines
 from tests.support.in_process import khr_here
 from tests.support.runs import Bag, finish, khr, start_khr, wait_for

@@ -5,9 +5,10 @@ from khr_hardware.protocol.commands import (
     LITERAL_TO_ROM,
     RECORD_TO_COM,
     ROM_TO_COM,
+    Command,
+    Packet,
     servo_map,
 )
-from khr_hardware.protocol.frames import Command, Packet
 
 
 def read_rom(address, size):

@@ -19,7 +19,7 @@ from serial import SerialTimeoutException
 from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
 from khr_hardware.port import Port, open_port
 from khr_hardware.protocol import commands, memory
-from khr_hardware.protocol.frames import SHORTEST, Command, Packet, acknowledged, decode
+from khr_hardware.protocol.commands import SHORTEST, Command, Packet, acknowledged, decode
 from khr_hardware.protocol.memory import BAUD_RATES, Config, Mixing, ServoRecord
 
 TIMEOUT = 0.02  # s for the first byte of a reply, and for the others together

@@ -1,10 +1,24 @@
-"""The parameters of the node that drives the real robot."""
+"""The parameters of the node that drives the real robot, and its specification for the graph."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from khr_common import fixed, parameter
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    BOARD_CORRECTION,
+    CLOCK,
+    DIAGNOSTICS,
+    FOOT_FORCES,
+    GYRO,
+    JOINT_REFERENCE,
+    JOINT_STATES,
+    ROBOT_DESCRIPTION,
+    STATE,
+    Topic,
+)
+from khr_hardware.joint_map import JointMap
 
 
 @dataclass(frozen=True)
@@ -111,3 +125,36 @@ class BoardParameters:
         'Maximum time with torque: no command reads the temperature of a servo.',
         '[1, 3600] s',
     )
+
+
+def published_topics(parameters: BoardParameters) -> tuple[Topic, ...]:
+    """Return the topics that the node publishes with the sensors of its map."""
+    joint_map = JointMap.load(parameters.map)
+    lacking = {
+        *(() if joint_map.gyro else (GYRO,)),
+        *(() if joint_map.forces else FOOT_FORCES),
+        *(() if parameters.mixing == 'board' else (BOARD_CORRECTION,)),
+        *(() if parameters.urdf else (ROBOT_DESCRIPTION,)),
+    }
+    return tuple(topic for topic in BOARD.publishes if topic not in lacking)
+
+
+BOARD = NodeSpec(
+    'board',
+    'khr_hardware',
+    BoardParameters,
+    subscribes=(JOINT_REFERENCE,),
+    publishes=(
+        CLOCK,
+        JOINT_STATES,
+        GYRO,
+        *FOOT_FORCES,
+        BOARD_CORRECTION,
+        ROBOT_DESCRIPTION,
+        STATE,
+        DIAGNOSTICS,
+    ),
+    node='khr_hardware.nodes.board:BoardNode',
+    drives=True,
+    brings=published_topics,
+)

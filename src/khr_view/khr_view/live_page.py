@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from khr_bringup.scenario.scenario import shipped
 from khr_view.charts.charts import charts
 from khr_view.guard import AccessGuard
-from khr_view.model.attempts import Attempts
-from khr_view.model.restart import EndAction
+from khr_view.model.live_run import Attempts
 from khr_view.page.display import BOUT_AWAY, Display
-from khr_view.page.live_panel import LivePanel
-from khr_view.session import Session
+from khr_view.page.panels import LivePanel
+from khr_view.session import EndAction, Session
 
 
 class LivePage:

@@ -1,10 +1,28 @@
-"""The parameters of the page."""
+"""The parameters of the page, and its node, as the graph knows it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from khr_common import fixed
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    DIAGNOSTICS,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    JOINT_STATES,
+    PEAKS,
+    PUSHED,
+    ROBOT_DESCRIPTION,
+    SPECTRUM,
+    STAGE,
+    STATE,
+    TRUE_FORCES,
+    TRUE_INCLINATION,
+    TRUE_POSE,
+)
 
 
 @dataclass(frozen=True)
@@ -22,3 +40,30 @@ class PageParameters:
     rate: float = fixed(
         30.0, 'Frames per second of wall time while a browser is connected.', '[1, 60] Hz'
     )
+
+
+PAGE = NodeSpec(
+    'page',
+    'khr_view',
+    PageParameters,
+    subscribes=(
+        JOINT_STATES,
+        TRUE_POSE,
+        TRUE_INCLINATION,
+        *TRUE_FORCES,
+        GYRO,
+        *FOOT_FORCES,
+        ANKLE_CORRECTION,
+        HIP_CORRECTION,
+        STAGE,
+        ROBOT_DESCRIPTION,
+        STATE,
+        DIAGNOSTICS,
+        SPECTRUM,
+        PEAKS,
+        PUSHED,
+    ),
+    # It publishes pushes on behalf of its reader; the topic belongs to users.
+    node='khr_view.nodes.page:PageNode',
+    joins=lambda _: False,  # it observes a run, and is no part of it
+)

@@ -17,8 +17,8 @@ from khr_view.charts.charts import BLUE, DASHES, ORANGE, RED, Array, Chart, Curv
 from khr_view.charts.traces import shade
 from khr_view.guard import listen
 from khr_view.model.recorded import Timeline
-from khr_view.model.restart import PAUSE
 from khr_view.model.status import side_by_side
+from khr_view.session import PAUSE
 from khr_view.viewing import Report, Viewing, announce
 
 RATE = 30.0  # pictures per s
@@ -137,7 +137,7 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
     """
     from khr_view.page.charts import NO_SPECTRUM
     from khr_view.page.display import BOUT_AWAY, Display, Note
-    from khr_view.page.playback_panel import PlaybackPanel
+    from khr_view.page.panels import PlaybackPanel
 
     runs, together = timelines(paths, namespace)
     interrupted: list[int] = []

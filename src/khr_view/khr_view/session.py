@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 from khr_bringup.scenario.control_text import title_with_changes
 from khr_bringup.scenario.scenario import (
@@ -108,3 +108,30 @@ class Session:
         changed = base.changed(made)
         self.next = replace(changed, title=title_with_changes(changed, shown)[:LONGEST])
         self._base, self._changes = base, dict(changes)
+
+
+EndAction = Literal[
+    'same', 'next', 'never'
+]  # restart with the same seed, with the next one, or not
+END_ACTIONS: tuple[EndAction, ...] = get_args(EndAction)
+PAUSE = 2.0  # s of wall time for which the end of a run is shown
+
+
+class RestartTimer:
+    """Tell when a finished run is due to restart: once, after a pause."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None  # wall time of the end, s
+
+    def due(self, over: bool, now: float) -> bool:
+        """Return whether the run restarts now.
+
+        Args:
+            over: whether the run is.
+            now: wall time, s.
+        """
+        if not over:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        return self._since is not None and now - self._since >= PAUSE

@@ -13,7 +13,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 from khr_view.guard import AccessGuard, listen
-from khr_view.model.restart import EndAction
+from khr_view.session import EndAction
 
 if TYPE_CHECKING:
     from khr_view.live_page import LivePage

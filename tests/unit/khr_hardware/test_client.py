@@ -8,7 +8,7 @@ from serial import SerialTimeoutException
 from khr_hardware.client import FENCES, RETRIES, Client
 from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
 from khr_hardware.protocol import memory
-from khr_hardware.protocol.frames import refusal
+from khr_hardware.protocol.commands import refusal
 from khr_hardware.protocol.memory import Config, Mixing
 from tests.fakes.boards import TRIMS, bench_board
 from tests.fakes.loopback import Loopback

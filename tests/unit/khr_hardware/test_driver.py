@@ -13,7 +13,7 @@ from khr_hardware.driver import FREE_ATTEMPTS, MAX_FAILED_READS, MAX_FAILED_WRIT
 from khr_hardware.errors import BoardError
 from khr_hardware.inspection import hold_pose
 from khr_hardware.joint_map import COUNT, JointMap
-from khr_hardware.protocol.frames import SHORTEST, refusal
+from khr_hardware.protocol.commands import SHORTEST, refusal
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, Mixing
 from tests.fakes.boards import STANCE, Rig
 

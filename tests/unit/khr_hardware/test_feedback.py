@@ -9,7 +9,7 @@ from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.errors import BoardError
 from khr_hardware.feedback import RAMP_STEPS, REST_SAMPLES, STEP_PAUSE
 from khr_hardware.joint_map import COUNT, JointMap
-from khr_hardware.protocol.frames import SHORTEST, refusal
+from khr_hardware.protocol.commands import SHORTEST, refusal
 from khr_hardware.protocol.memory import MIXINGS, RECORD_SIZE, record_address
 from tests.fakes.boards import STANCE, Rig
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from khr_common.errors import KhrError
 from khr_hardware.errors import BadReplyError
 from khr_hardware.protocol import commands, memory
-from khr_hardware.protocol.frames import Packet, Splitter, acknowledged, decode, refusal
+from khr_hardware.protocol.commands import Packet, Splitter, acknowledged, decode, refusal
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord
 from tests.fakes.boards import bench_board
 from tests.support import board_commands

@@ -11,8 +11,7 @@ from khr_hardware.client import connect
 from khr_hardware.errors import BoardError, NoReplyError, PortError
 from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.memory import FREE, Config
-from khr_hardware.virtual.faults import KINDS, Fault, Faults
-from khr_hardware.virtual.server import Server, Wire
+from khr_hardware.virtual.server import KINDS, Fault, Faults, Server, Wire
 from tests.fakes.boards import TRIMS, bench_board
 from tests.support import board_commands
 from tests.support.exchanges import exchange

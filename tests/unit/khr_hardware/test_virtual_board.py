@@ -8,7 +8,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from khr_hardware.client import Client
 from khr_hardware.errors import RefusedError
 from khr_hardware.protocol import commands, memory
-from khr_hardware.protocol.frames import Packet
+from khr_hardware.protocol.commands import Packet
 from khr_hardware.protocol.memory import FREE, HOLD, Config, Mixing
 from tests.fakes.boards import TRIMS, bench_board
 from tests.fakes.loopback import Loopback

@@ -17,10 +17,9 @@ from khr_view.charts.charts import charts
 from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import Traces
 from khr_view.guard import listen
-from khr_view.model.snapshot import SnapshotBuilder
+from khr_view.model.scene import SnapshotBuilder
 from khr_view.page.display import VIEWS, Display, Note
-from khr_view.page.live_panel import LivePanel
-from khr_view.page.playback_panel import PlaybackPanel
+from khr_view.page.panels import LivePanel, PlaybackPanel
 from khr_view.playback import SIDE, Player
 from tests.support.browser import connected
 

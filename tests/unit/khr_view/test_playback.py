@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import values_of
 from khr_view.charts.charts import charts
-from khr_view.model.restart import PAUSE
 from khr_view.model.status import Status
 from khr_view.playback import PlayedRuns, Player, side_by_side
+from khr_view.session import PAUSE
 
 SECONDS = st.floats(-100.0, 100.0, allow_nan=False)
 ACTS = st.one_of(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from struct import iter_unpack
+from typing import Protocol
 
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.commands import (
@@ -21,26 +22,38 @@ from khr_hardware.protocol.commands import (
     RAM_TO_COM,
     RECORD_TO_COM,
     ROM_TO_COM,
+    Command,
+    Packet,
     ServoParameter,
+    acknowledged,
+    refusal,
     servos_of,
 )
-from khr_hardware.protocol.frames import Command, Packet, acknowledged, refusal
-from khr_hardware.protocol.memory import (
-    CENTRE,
-    FREE,
-    HIGHEST,
-    HOLD,
-    LOWEST,
-    NO_SOURCE,
-    Config,
-    Mixing,
-    ServoRecord,
-    record_address,
-)
-from khr_hardware.virtual.robot import BoardRobot
+from khr_hardware.protocol.memory import Config, Mixing, ServoRecord, record_address
+
+
+class BoardRobot(Protocol):
+    """A robot simulated in output cycles; positions are raw servo counts, trim included."""
+
+    def measure(self) -> Mapping[int, int]:
+        """Return the positions of the existing servos by ICS number."""
+
+    def sense(self) -> Mapping[int, int]:
+        """Return the AD conversions, in steps from 0 to 1023; a missing channel is open."""
+
+    def drive(self, positions: Mapping[int, int], cycle: float) -> None:
+        """Advance one cycle with each servo moved to a position or freed.
+
+        Args:
+            positions: counts by ICS number, or ``FREE``; other servos keep their last position.
+            cycle: duration, s.
+        """
+
+    def stiffen(self, stretch: Mapping[int, int]) -> None:
+        """Set the stretch of servos, 1 to 127, by ICS number."""
+
 
 AD_TOP = 1023
-PARAMETERS = {each.value: each for each in ServoParameter}
 
 
 class _NotAcceptedError(Exception):
@@ -95,13 +108,13 @@ class VirtualBoard:
         self._put(memory.CONFIG, self.setup.config)
         for channel, value in (self.setup.ad_references or {}).items():
             self._put(memory.AD_REFERENCES + 2 * channel, value)
-        empty = (Mixing(NO_SOURCE, 1), Mixing(NO_SOURCE, 1))
+        empty = (Mixing(memory.NO_SOURCE, 1), Mixing(memory.NO_SOURCE, 1))
         for ics in range(memory.ICS_NUMBERS):
             trim = self.setup.trims.get(ics)
             address = memory.UNASSIGNED if trim is None else record_address(ics)
             self._put(memory.ICS_TABLE + 2 * ics, address)
-            reference = CENTRE if trim is None else FREE
-            record = ServoRecord(1, ics, trim or 0, 0, reference, 0, CENTRE, 0, 0, empty)
+            reference = memory.CENTRE if trim is None else memory.FREE
+            record = ServoRecord(1, ics, trim or 0, 0, reference, 0, memory.CENTRE, 0, 0, empty)
             start = record_address(ics)
             self.ram[start : start + memory.RECORD_SIZE] = record.encode()
         self.sample()
@@ -121,11 +134,9 @@ class VirtualBoard:
 
     def answer(self, frame: Packet) -> Packet:
         """Execute a command and return the reply: its data, an ACK, or an NCK."""
-        handler = self._handlers.get(frame.command)
-        if handler is None:
-            return refusal(frame.command)
         try:
-            data = handler(frame.body)
+            _require(frame.command in self._handlers)
+            data = self._handlers[frame.command](frame.body)
         except _NotAcceptedError:
             return refusal(frame.command)
         return Packet(frame.command, data) if data else acknowledged(frame.command)
@@ -206,11 +217,11 @@ class VirtualBoard:
 
     def _parameter(self, body: bytes) -> bytes:
         numbers = servos_of(body[:MAP])
-        _require(len(body) == MAP + 1 + len(numbers) and body[MAP] in PARAMETERS)
+        _require(len(body) == MAP + 1 + len(numbers) and body[MAP] in tuple(ServoParameter))
         values = body[MAP + 1 :]
         _require(all(1 <= value <= 127 for value in values))
         _require(all(ics < memory.ICS_NUMBERS for ics in numbers))
-        if PARAMETERS[body[MAP]] is ServoParameter.STRETCH:
+        if body[MAP] == ServoParameter.STRETCH:
             self.robot.stiffen(dict(zip(numbers, values, strict=True)))
         return b''
 
@@ -220,10 +231,12 @@ class VirtualBoard:
         _require(all(ics < memory.ICS_NUMBERS and cycles for ics, cycles, _ in chosen))
         for ics, cycles, position in chosen:
             old = self.record(ics)
-            if position in (FREE, HOLD):
+            if position in (memory.FREE, memory.HOLD):
                 # Free and hold take effect at once; the cycles are counted down nevertheless.
                 self._held[ics] = (
-                    old.measured if old.reference == FREE else self._start_position(ics, old)
+                    old.measured
+                    if old.reference == memory.FREE
+                    else self._start_position(ics, old)
                 )
                 changes = {memory.REFERENCE: position}
             else:
@@ -236,9 +249,9 @@ class VirtualBoard:
 
     def _start_position(self, ics: int, record: ServoRecord) -> int:
         """Return the start of the next move: the reference, or the held or measured position."""
-        if record.reference == HOLD:
+        if record.reference == memory.HOLD:
             return self._held.get(ics, record.measured)
-        return record.measured if record.reference == FREE else record.reference
+        return record.measured if record.reference == memory.FREE else record.reference
 
     # ---- output cycle ----
 
@@ -265,12 +278,12 @@ class VirtualBoard:
             if not self._assigned(ics):
                 continue
             record = self._step(ics, self.record(ics))
-            if record.reference == FREE:
-                sent[ics] = FREE
+            if record.reference == memory.FREE:
+                sent[ics] = memory.FREE
                 continue
             position = self._start_position(ics, record) + record.trim
             position += sum(self._mixed(mixing, ad) for mixing in record.mixings)
-            sent[ics] = min(max(position, LOWEST), HIGHEST)
+            sent[ics] = min(max(position, memory.LOWEST), memory.HIGHEST)
         return sent
 
     def _step(self, ics: int, record: ServoRecord) -> ServoRecord:
@@ -279,7 +292,7 @@ class VirtualBoard:
         if not left or not record.speed:  # a client stops a move with speed 0
             return record
         start = record_address(ics)
-        if record.reference not in (FREE, HOLD):
+        if record.reference not in (memory.FREE, memory.HOLD):
             step = (record.end - record.reference) / left
             self._put(start + memory.REFERENCE, record.reference + round(step))
         self.ram[start + memory.STEPS_LEFT] = left - 1

@@ -1,9 +1,11 @@
-"""The signals of a run as they arrive: the last seconds for the charts, the run as a ghost."""
+"""The signals of a run as they arrive, the run as a ghost, and what charts show as CSV."""
 
 from __future__ import annotations
 
+import csv
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
+from io import StringIO
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +16,7 @@ from khr_common.block import Numbers
 from khr_common.interfaces import Topic
 from khr_common.signals import interpolated
 from khr_view.charts.charts import Array, Chart, chart_topics, charts
+from khr_view.charts.spectrum_lines import SpectrumLines
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s that charts show
 KEPT = 60.0  # s that are kept
@@ -125,3 +128,36 @@ class Traces:
             return own, np.array(numbers, dtype=np.float64)
 
         return chart.columns(times, values)
+
+
+def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
+    """Return a column of times, s, and one of each line of the charts.
+
+    The times are those of the chart with the most samples; the other charts are interpolated;
+    NaN outside their times, and in a gap.
+
+    Args:
+        drawn: times, s, and the values of each line, by chart.
+    """
+    times = max((columns[0] for columns in drawn.values()), key=len, default=np.zeros(0))
+    table = {'time, s': times}
+    for chart, (own, *lines) in drawn.items():
+        for line, values in zip(chart.lines, lines, strict=True):
+            name = chart.title if len(lines) == 1 else f'{chart.title} {line.label}'
+            table[f'{name}, {chart.unit}'] = interpolated(times, own, values)
+    return _csv(table)
+
+
+def spectrum_csv(lines: SpectrumLines | None) -> str:
+    """Return frequencies and amplitudes of a spectrum; only the header without a spectrum."""
+    none = np.zeros(0)
+    frequency, amplitude = (lines.frequency, lines.amplitude) if lines else (none, none)
+    return _csv({'frequency, Hz': frequency, 'pitch rate, deg/s': np.degrees(amplitude)})
+
+
+def _csv(table: Mapping[str, Array]) -> str:
+    text = StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(table)
+    writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+    return text.getvalue()

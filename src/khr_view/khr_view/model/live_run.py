@@ -1,22 +1,30 @@
-"""The run on show, as far as the graph has reported it: state, outcome, parameters, motion."""
+"""The run on show, as far as the graph has reported it, and the attempts before it."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
-from math import nan
+from dataclasses import dataclass, replace
+from math import degrees, inf, nan
 from typing import Any
 
+from khr_analysis.outcome import Outcome
 from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.recorded.constant_part import constant_part
 from khr_bringup.recorded.events import Event, timed_pushes
 from khr_common import build, specifications
 from khr_sim.run_parameters import GAIT
+from khr_view.charts.traces import Ghost, Traces
 from khr_view.controls import Tunable, Value
-from khr_view.model.motion import GaitMotion, motion_in
-from khr_view.model.state_text import NO_RUN, over, state_text
-from khr_view.model.status import Status
+from khr_view.model.status import (
+    NO_RUN,
+    GaitMotion,
+    Status,
+    gains_text,
+    motion_in,
+    over,
+    state_text,
+)
 
 SILENCE = 5.0  # s of wall time without a report of the simulator: the run is gone
 
@@ -105,3 +113,62 @@ class LiveRun:
         if self._silent and self.status.state != 'finished':
             return replace(self.status, state=NO_RUN)
         return self.status
+
+
+MOST = 12  # that are kept
+HEADS = ('', 'gains', 'slope', 'verdict', 'slip, mm', 'vibration, deg/s')
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A finished run of the page."""
+
+    number: int  # from 1
+    cells: tuple[str, ...]  # text of each column but the first
+    ghost: Ghost  # its signals
+
+
+class Attempts:
+    """Keep the last attempts.
+
+    Attributes:
+        kept: oldest first.
+        chosen: number of the attempt shown as a ghost; 0 for none.
+    """
+
+    def __init__(self) -> None:
+        self.kept: list[Attempt] = []
+        self.chosen = 0
+
+    @property
+    def ghost(self) -> Ghost:
+        """Return the signals of the chosen attempt."""
+        return next((each.ghost for each in self.kept if each.number == self.chosen), {})
+
+    def add(self, run: LiveRun, traces: Traces) -> None:
+        """Keep a run that has ended; a run that nobody looked at is not kept.
+
+        It becomes the ghost if the attempt before it was the ghost; a ghost chosen by the reader
+        stays.
+        """
+        outcome = run.status.outcome
+        if not isinstance(outcome, Outcome):
+            return
+        latest = self.kept[-1].number if self.kept else 0
+        number = latest + 1
+        cut = not outcome.fell and run.now < run.motion.end < inf
+        slope = run.of('simulator').get('inclination_deg')
+        cells = (
+            gains_text(run.known_of_controllers()),
+            f'{slope:.4g}°' if slope is not None else '',
+            outcome.verdict + ' so far' * cut,
+            f'{1e3 * outcome.slip_distance:.1f}',
+            f'{degrees(outcome.vibration):.1f}',
+        )
+        self.kept = [*self.kept, Attempt(number, cells, traces.as_ghost())][-MOST:]
+        if self.chosen == latest:
+            self.chosen = number
+
+    def choose(self, number: int) -> None:
+        """Choose the ghost; the attempt chosen before is no longer shown."""
+        self.chosen = 0 if number == self.chosen else number

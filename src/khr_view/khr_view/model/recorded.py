@@ -25,11 +25,8 @@ from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, Curve, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.charts.traces import SPAN
-from khr_view.model.attempts import heading
-from khr_view.model.motion import motion_of
-from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
-from khr_view.model.state_text import over
-from khr_view.model.status import Status
+from khr_view.model.scene import NEEDED, Snapshot, SnapshotBuilder
+from khr_view.model.status import Status, heading, motion_of, over
 
 Array = NDArray[np.float64]
 

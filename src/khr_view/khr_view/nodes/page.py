@@ -23,14 +23,13 @@ from khr_description.robot import Robot
 from khr_view.controls import Control, Tunable, Value, tunables_of
 from khr_view.guard import listen
 from khr_view.live_page import LivePage
-from khr_view.model.attempts import HEADS, heading
-from khr_view.model.restart import EndAction, RestartTimer
-from khr_view.model.status import side_by_side
-from khr_view.node_specs import PAGE
+from khr_view.model.live_run import HEADS
+from khr_view.model.status import heading, side_by_side
 from khr_view.nodes.run_client import RunClient
 from khr_view.nodes.seen_robot import SeenRobot
 from khr_view.page.display import Note
-from khr_view.session import Session
+from khr_view.parameters import PAGE
+from khr_view.session import EndAction, RestartTimer, Session
 
 CHARTS_EVERY, STATUS_EVERY = 3, 6  # frames
 DISCOVER_EVERY = 30  # frames between checks for new nodes

@@ -10,9 +10,8 @@ import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE
 from khr_view.charts.charts import BLUE, DASHES, GREY, ORANGE, Array, Chart
-from khr_view.charts.export import spectrum_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
-from khr_view.charts.traces import Columns
+from khr_view.charts.traces import Columns, spectrum_csv
 
 HEIGHT = 150  # px
 LINES = {

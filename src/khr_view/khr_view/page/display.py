@@ -16,15 +16,13 @@ from numpy.typing import NDArray
 
 from khr_description.robot import Robot
 from khr_view.charts.charts import Chart
-from khr_view.charts.export import signals_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
-from khr_view.charts.traces import Columns
+from khr_view.charts.traces import Columns, signals_csv
 from khr_view.guard import AccessGuard
-from khr_view.model.snapshot import Snapshot
+from khr_view.model.scene import Snapshot
 from khr_view.page.charts import NO_SPECTRUM, SpectrumChart, TimeCharts
-from khr_view.page.robot_view import Push, RobotView
+from khr_view.page.scene_view import Push, RobotView, SlopeView
 from khr_view.page.server import PageServer
-from khr_view.page.slope_view import SlopeView
 
 ROOT = '/world'
 TITLE = 'khr'

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from khr_bringup.balance import Balance
 from khr_common.interfaces import REGIONS
 from khr_common.rotation import Array
-from khr_view.model.snapshot import Snapshot
+from khr_view.model.scene import Snapshot
 
 Color = tuple[int, int, int]
 LEFT, RIGHT, CENTER, SUPPORT, PATH, PUSH = (

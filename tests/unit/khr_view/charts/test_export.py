@@ -8,9 +8,8 @@ import pytest
 
 from khr_common.interfaces import FOOT_FORCES, GYRO
 from khr_view.charts.charts import charts
-from khr_view.charts.export import signals_csv, spectrum_csv
 from khr_view.charts.spectrum_lines import spectrum_lines
-from khr_view.charts.traces import Traces
+from khr_view.charts.traces import Traces, signals_csv, spectrum_csv
 
 
 def rows(text):

@@ -7,8 +7,8 @@ from khr_common.interfaces import GYRO
 from khr_view.charts.charts import charts
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, tunables
-from khr_view.model.attempts import MOST, Attempts, heading
-from khr_view.model.live_run import LiveRun
+from khr_view.model.live_run import MOST, Attempts, LiveRun
+from khr_view.model.status import heading
 
 BY_KEY = {each.key: each for each in (*tunables(), *WATCHED)}
 (RATE,) = (each for each in charts() if each.title == 'Pitch rate')

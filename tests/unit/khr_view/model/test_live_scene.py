@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from khr_common.interfaces import JOINT_STATES, JOINTS, TRUE_INCLINATION, TRUE_POSE
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_view.model.live_scene import LiveScene
-from khr_view.model.snapshot import NEEDED, SnapshotBuilder
+from khr_view.model.scene import NEEDED, LiveScene, SnapshotBuilder
 
 ROBOT = Robot.load()
 BUILDER = SnapshotBuilder(ROBOT, RunParameters())

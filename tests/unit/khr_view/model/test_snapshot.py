@@ -14,9 +14,9 @@ from khr_common.interfaces import (
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_view.model.shapes import shapes
-from khr_view.model.snapshot import SnapshotBuilder
+from khr_view.model.scene import SnapshotBuilder
 from khr_view.page.marks import linear, outline
+from khr_view.page.scene_view import shapes
 
 ROBOT = Robot.load()
 

@@ -7,10 +7,18 @@ from hypothesis import strategies as st
 from khr_analysis.outcome import SensedOutcome
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_view.model.motion import STANDING, GaitMotion, motion_in, motion_of
-from khr_view.model.restart import PAUSE, RestartTimer
-from khr_view.model.state_text import NO_RUN, THEN, over, state_text
-from khr_view.model.status import Status
+from khr_view.model.status import (
+    NO_RUN,
+    STANDING,
+    THEN,
+    GaitMotion,
+    Status,
+    motion_in,
+    motion_of,
+    over,
+    state_text,
+)
+from khr_view.session import PAUSE, RestartTimer
 
 WALK = GaitMotion('walking', 11.6, 2.31)
 

@@ -247,8 +247,7 @@ def serve(
     from khr_bringup.virtual_robot import virtual_board
     from khr_common.processes import ask_for_real_time
     from khr_hardware.joint_map import JointMap
-    from khr_hardware.virtual.faults import Fault, Faults
-    from khr_hardware.virtual.server import Server, Wire
+    from khr_hardware.virtual.server import Fault, Faults, Server, Wire
 
     chosen = scenarios.load_scenario(scenario).set_to(set_ or [])
     ask_for_real_time(priority)  # a board has a processor of its own

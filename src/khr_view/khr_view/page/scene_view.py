@@ -1,9 +1,12 @@
-"""The robot in viser's scene: its links, moved by its joints, and its marks."""
+"""The robot and the slope in viser's scene."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from math import floor
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from viser.transforms import SO3
@@ -11,9 +14,63 @@ from viser.transforms import SO3
 from khr_common.interfaces import BODY, JOINTS, TORSO
 from khr_common.rotation import rotated
 from khr_description.robot import Robot
-from khr_view.model.shapes import Shape, shapes
-from khr_view.model.snapshot import Snapshot
+from khr_view.model.scene import Snapshot
 from khr_view.page.marks import Marks
+
+Vector = tuple[float, ...]
+GREY = (0.6, 0.6, 0.6)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A box or a cylinder along z, in the frame of its link."""
+
+    link: str  # that it belongs to
+    size: Vector  # of a box along x, y and z; radius and length of a cylinder; m
+    position: Vector  # of its centre, m
+    turn: Vector  # roll, pitch and yaw, rad
+    color: Vector  # red, green and blue, 0 to 1
+
+
+def shapes(robot: Robot) -> list[Shape]:
+    """Return the boxes and cylinders of a robot; other visuals of the URDF are omitted."""
+    colors = {
+        material.get('name'): _numbers(material.find('color'), 'rgba')[:3]
+        for material in robot.xml.findall('material')
+    }
+    found = []
+    for link in robot.xml.iter('link'):
+        for visual in link.findall('visual'):
+            size = _size(visual)
+            if not size:
+                continue
+            origin, material = visual.find('origin'), visual.find('material')
+            color = colors.get(material.get('name')) if material is not None else None
+            found.append(
+                Shape(
+                    link.attrib['name'],
+                    size,
+                    _numbers(origin, 'xyz'),
+                    _numbers(origin, 'rpy'),
+                    color or GREY,
+                )
+            )
+    return found
+
+
+def _size(visual: ElementTree.Element) -> Vector:
+    box, cylinder = visual.find('geometry/box'), visual.find('geometry/cylinder')
+    if box is not None:
+        return _numbers(box, 'size')
+    if cylinder is not None:
+        return float(cylinder.attrib['radius']), float(cylinder.attrib['length'])
+    return ()
+
+
+def _numbers(element: ElementTree.Element | None, key: str) -> Vector:
+    text = '0 0 0' if element is None else element.get(key, '0 0 0')
+    return tuple(float(value) for value in text.split())
+
 
 DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
 OPACITY = 0.35  # of a transparent link
@@ -121,3 +178,41 @@ class RobotView:
         self._shapes.append(handle)
         if shape.link in (BODY, TORSO):  # older recordings have no torso
             self._torso.append(handle)
+
+
+STRIPE = 0.1  # m between the lines of the slope
+SIZE = (2.4, 1.0)  # m
+
+
+class SlopeView:
+    """The slope: it turns to its inclination, and follows the robot by whole stripes."""
+
+    def __init__(self, scene: Any, root: str) -> None:
+        self._scene = scene
+        self._frame = scene.add_frame(f'{root}/board', show_axes=False)
+        self._sheet = scene.add_frame(f'{root}/board/sheet', show_axes=False)
+        width, height = SIZE
+        name = f'{root}/board/sheet/top'
+        scene.add_box(name, (238, 238, 236), (width, height, 0.01), position=(0.0, 0.0, -0.0055))
+        scene.add_grid(
+            f'{root}/board/sheet/grid',
+            width,
+            height,
+            cell_size=STRIPE,
+            cell_color=(205, 207, 210),
+            section_size=5 * STRIPE,
+            section_color=(150, 154, 160),
+            shadow_opacity=0.0,
+        )
+        self._inclination, self._stripe = 0.0, 0
+
+    def show(self, scene: Snapshot) -> None:
+        """Turn and move the slope."""
+        if scene.inclination != self._inclination:
+            self._inclination = scene.inclination
+            self._frame.wxyz = SO3.from_y_radians(scene.inclination).wxyz
+        along = float(np.hypot(scene.way[0], scene.way[2])) * (1.0 if scene.way[0] > 0 else -1.0)
+        stripe = floor(along / (5 * STRIPE) + 0.5)
+        if stripe != self._stripe:
+            self._stripe = stripe
+            self._sheet.position = (stripe * 5 * STRIPE, 0.0, 0.0)

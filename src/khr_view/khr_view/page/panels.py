@@ -1,8 +1,8 @@
-"""The controls of a live run."""
+"""The controls of live and of recorded runs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +10,29 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import check, parameter, specifications
 from khr_common.errors import KhrError
 from khr_view.controls import Control, Tunable, Value, tunables
-from khr_view.model.restart import END_ACTIONS, EndAction
-from khr_view.page.reader import Later, give_value, on_user_input
+from khr_view.session import END_ACTIONS, EndAction
+
+Later = Callable[..., None]  # has a function called with the values that follow it
+
+
+def on_user_input(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
+    """Wrap a control's callback so that only values set by a user reach it.
+
+    The callback is a coroutine, which viser awaits at once. viser calls a plain function later in
+    another thread, when the program may have overwritten the user's value.
+    """
+
+    async def on_update(event: Any) -> None:
+        if event.client is not None:
+            act(event.target.value)
+
+    return on_update
+
+
+def give_value(server: Any, control: Any, value: Any) -> None:
+    """Set the value of a control, but not between a user's change and its callback."""
+    server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)
+
 
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
@@ -210,3 +231,64 @@ class LivePanel:
             self._scenario = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
         button.on_click(lambda _: self._later(lambda: self._owner.switch(self._scenario.value)))
+
+
+SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
+MOST_MARKS = 200  # that are listed
+START = '0.00 s  start'
+
+
+class PlaybackPanel:
+    """A time line, play and pause, single steps, speed, loop, and a list of events.
+
+    Args:
+        server: viser's.
+        later: queues an action for the player.
+        player: of the runs.
+        runs: with the marks to list.
+    """
+
+    def __init__(self, server: Any, later: Later, player: Any, runs: Sequence[Any]) -> None:
+        self._server, gui = server, server.gui
+        self._playing, self._shown = player.playing, 0.0
+        label, icon = self._name(player.playing)
+        self._play = gui.add_button(label, icon=icon)
+        self._play.on_click(lambda _: later(player.play, not self._playing))
+        end = max(player.end, player.period)
+        self._time = gui.add_slider('Time, s', 0.0, end, player.period, 0.0)
+        steps = gui.add_button_group('Step', ('back', 'forward'))
+        speed = gui.add_dropdown('Speed, times real time', SPEEDS, initial_value='1')
+        loop = gui.add_checkbox('Begin again at the end', player.loop)
+        marks = _marks(runs)
+        places = gui.add_dropdown('Go to', tuple(marks))
+        self._time.on_update(on_user_input(lambda value: later(player.seek, value)))
+        steps.on_click(
+            on_user_input(lambda value: later(player.step, 1 if value == 'forward' else -1))
+        )
+        speed.on_update(on_user_input(lambda value: later(setattr, player, 'speed', float(value))))
+        loop.on_update(on_user_input(lambda value: later(setattr, player, 'loop', value)))
+        places.on_update(on_user_input(lambda value: later(player.seek, marks[value])))
+
+    def show(self, player: Any) -> None:
+        """Move the time line, and label the button by its action."""
+        now = min(player.now, self._time.max)
+        if now != self._shown:  # else the reader may just have moved it
+            self._shown = now
+            give_value(self._server, self._time, now)
+        if player.playing != self._playing:
+            self._playing = player.playing
+            self._play.label, self._play.icon = self._name(player.playing)
+
+    @staticmethod
+    def _name(playing: bool) -> tuple[str, Any]:
+        return ('Pause', 'player-pause') if playing else ('Play', 'player-play')
+
+
+def _marks(runs: Sequence[Any]) -> dict[str, float]:
+    """Return the times of events, by their text in the list."""
+    found = {START: 0.0}
+    for run in runs:
+        of = f' ({run.name})' if len(runs) > 1 else ''
+        for mark in run.marks[:MOST_MARKS]:
+            found[f'{mark.time:.2f} s  {mark.text}{of}'] = mark.time
+    return found
