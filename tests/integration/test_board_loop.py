@@ -12,7 +12,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
 from khr_common.errors import KhrError
 from khr_hardware.client import Client
-from khr_hardware.deployment import BoardLoop, deploy, undo
+from khr_hardware.feedback import BoardLoop, deploy, undo
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
 from tests.fakes.loopback import Loopback
@@ -117,7 +117,7 @@ def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
 def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):
     """A robot that moves is refused, and leaves no file that would refuse the next try."""
     board, robot, _ = rig
-    monkeypatch.setattr('khr_hardware.deployment.STEP_PAUSE', 0.0)
+    monkeypatch.setattr('khr_hardware.feedback.STEP_PAUSE', 0.0)
     before, file = bytes(board.ram[0x90:]), tmp_path / 'before.json'
     with served(board, tmp_path, stepped=True) as (_, link):
         words = ['deploy', 'walk_6.99deg_ka12', link, '--before', str(file)]

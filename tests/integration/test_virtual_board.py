@@ -20,8 +20,8 @@ from khr_bringup.virtual_robot import virtual_board
 from khr_common.interfaces import JOINT_REFERENCE
 from khr_description.robot import JOINTS
 from khr_hardware.client import Client, connect
-from khr_hardware.deployment import deploy
 from khr_hardware.errors import BoardError, PortError
+from khr_hardware.feedback import deploy
 from khr_hardware.inspection import hold_pose, inspect
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address

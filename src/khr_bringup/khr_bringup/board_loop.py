@@ -12,8 +12,7 @@ from khr_common import build
 from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
 from khr_description.robot import DESCRIPTION
-from khr_hardware.deployment import BoardLoop
-from khr_hardware.feedback import gyro_of
+from khr_hardware.feedback import BoardLoop, gyro_of
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.memory import LARGEST_RATIO

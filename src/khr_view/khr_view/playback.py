@@ -136,7 +136,7 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
         namespace: of the robot, in a bag of several; without one all robots of a bout are shown.
     """
     from khr_view.page.charts import NO_SPECTRUM
-    from khr_view.page.display import BOUT_AWAY, Display, Note
+    from khr_view.page.display import BOUT_AWAY, Display
     from khr_view.page.panels import PlaybackPanel
 
     runs, together = timelines(paths, namespace)
@@ -181,8 +181,8 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report, namespace: str
                 f'{name}: ' * bool(name) + run.heading(player.now)
                 for run, name in zip(runs, names, strict=True)
             )
-            note = Note(title, damage, picture)
-            display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
+            rows = side_by_side([run.rows(player.now) for run in runs])
+            display.show_status(title, rows, damage, picture)
     display.close()
     return 0
 

@@ -19,6 +19,10 @@ from khr_sim.run_parameters import RunParameters
 SIMULATOR, ENGINE = 'simulator', 'engine'
 OF_VIEW = ('pace', 'duration')  # parameters of the simulator that the command sets for every run
 LASTING = ('gain', 'pace', 'realtime_factor')  # changes that also hold in another scenario
+# At the end of a run: restart with the same seed, with the next one, or not.
+EndAction = Literal['same', 'next', 'never']
+END_ACTIONS: tuple[EndAction, ...] = get_args(EndAction)
+PAUSE = 2.0  # s of wall time for which the end of a run is shown
 
 
 class Session:
@@ -108,13 +112,6 @@ class Session:
         changed = base.changed(made)
         self.next = replace(changed, title=title_with_changes(changed, shown)[:LONGEST])
         self._base, self._changes = base, dict(changes)
-
-
-EndAction = Literal[
-    'same', 'next', 'never'
-]  # restart with the same seed, with the next one, or not
-END_ACTIONS: tuple[EndAction, ...] = get_args(EndAction)
-PAUSE = 2.0  # s of wall time for which the end of a run is shown
 
 
 class RestartTimer:

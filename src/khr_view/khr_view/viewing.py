@@ -13,11 +13,10 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 from khr_view.guard import AccessGuard, listen
-from khr_view.session import EndAction
 
 if TYPE_CHECKING:
     from khr_view.live_page import LivePage
-    from khr_view.session import Session
+    from khr_view.session import EndAction, Session
 
 Report = Callable[[str], None]
 POLL = 0.2  # s of wall time between looks whether a browser is connected

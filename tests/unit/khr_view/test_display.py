@@ -18,7 +18,7 @@ from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import Traces
 from khr_view.guard import listen
 from khr_view.model.scene import SnapshotBuilder
-from khr_view.page.display import VIEWS, Display, Note
+from khr_view.page.display import VIEWS, Display
 from khr_view.page.panels import LivePanel, PlaybackPanel
 from khr_view.playback import SIDE, Player
 from tests.support.browser import connected
@@ -114,7 +114,7 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     assert len(display.server.tables['spectrum.csv']().splitlines()) > 3
     display.show_spectrum(None)
     assert len(display.server.tables['spectrum.csv']().splitlines()) == 1
-    display.show_status(Note('walking', '<trouble>'), [('time', '1.00 s')])
+    display.show_status('walking', [('time', '1.00 s')], '<trouble>')
 
 
 @pytest.mark.parametrize('aspect', [660 / 850, 390 / 338], ids=['window', 'phone'])

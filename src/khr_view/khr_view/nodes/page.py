@@ -27,7 +27,6 @@ from khr_view.model.live_run import HEADS
 from khr_view.model.status import heading, side_by_side
 from khr_view.nodes.run_client import RunClient
 from khr_view.nodes.seen_robot import SeenRobot
-from khr_view.page.display import Note
 from khr_view.parameters import PAGE
 from khr_view.session import EndAction, RestartTimer, Session
 
@@ -198,7 +197,7 @@ class PageNode(KhrNode):
         over = all(each.run.over for each in self._robots)
         rows = [dict(each.run.status.rows(each.run.now, over)) for each in self._robots]
         names = [('', *self._page.robots)] if len(rows) > 1 else []
-        self._display.show_status(Note(state, trouble, picture), [*names, *side_by_side(rows)])
+        self._display.show_status(state, [*names, *side_by_side(rows)], trouble, picture)
 
     # ---- actions of the reader ----
 

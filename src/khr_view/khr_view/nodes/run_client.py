@@ -87,7 +87,15 @@ class RunClient:
 
     def pause(self, halt: bool) -> None:
         """Pause or resume the run."""
-        self._call(self._pause, SetBool.Request(data=halt))
+        if not self._pause.service_is_ready():
+            self._refused(GONE)
+            return
+
+        def answered(future: Any) -> None:
+            response = future.result()
+            self._refused('' if response.success else f'simulator: {response.message}')
+
+        self._pause.call_async(SetBool.Request(data=halt)).add_done_callback(answered)
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
         def listed(future: Any) -> None:
@@ -137,17 +145,6 @@ class RunClient:
         future.add_done_callback(
             lambda future: self._changed(tunable, value_of(future.result().values[0]))
         )
-
-    def _call(self, client: Client, request: Any) -> None:
-        if not client.service_is_ready():
-            self._refused(GONE)
-            return
-
-        def answered(future: Any) -> None:
-            response = future.result()
-            self._refused('' if response.success else f'simulator: {response.message}')
-
-        client.call_async(request).add_done_callback(answered)
 
     def on_changes(self, changes: Iterable[Change], robot: str = '') -> None:
         """Take the changes that nodes report, in a bout those of one robot.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 from math import inf
@@ -61,15 +60,6 @@ SAVE_SPECTRUM = '<a href="khr/{file}" download="{file}">Spectrum{number} as CSV<
 NONE_YET = '<tr><td colspan="6">none yet: a run is listed once it has ended</td></tr>'
 BOUT_AWAY = 1.4  # of the camera from two robots of a bout, over that from one
 LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the browser waits for
-
-
-@dataclass(frozen=True)
-class Note:
-    """State and error shown to the reader."""
-
-    state: str
-    trouble: str = ''
-    picture: str = ''  # heading of saved pictures of the charts
 
 
 class Display:
@@ -273,15 +263,24 @@ class Display:
         else:
             self._spectra[number].show(lines)
 
-    def show_status(self, note: Note, rows: Sequence[tuple[str, ...]]) -> None:
-        """Write how the run goes."""
+    def show_status(
+        self, state: str, rows: Sequence[tuple[str, ...]], trouble: str = '', picture: str = ''
+    ) -> None:
+        """Write how the run goes.
+
+        Args:
+            state: of the run.
+            rows: of the table below it.
+            trouble: an error for the reader.
+            picture: heading of saved pictures of the charts.
+        """
         cells = ''.join(
             '<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>' for row in rows
         )
-        trouble = f'<div class="khr-note">{escape(note.trouble)}</div>' if note.trouble else ''
+        note = f'<div class="khr-note">{escape(trouble)}</div>' if trouble else ''
         self._status.content = (
-            f'<div class="khr" data-khr-title="{escape(note.picture, quote=True)}">'
-            f'<div class="khr-state">{escape(note.state)}</div>{trouble}'
+            f'<div class="khr" data-khr-title="{escape(picture, quote=True)}">'
+            f'<div class="khr-state">{escape(state)}</div>{note}'
             f'<table>{cells}</table></div>'
         )
 

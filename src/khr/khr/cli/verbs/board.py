@@ -165,13 +165,13 @@ def deploy(
     from khr_bringup.board_loop import loop_of
     from khr_common.files import write_text
     from khr_common.strict_yaml import read_file, read_yaml
-    from khr_hardware import deployment
+    from khr_hardware import feedback
     from khr_hardware.joint_map import JointMap
 
     if undo:
         data = read_yaml(read_file(before), str(before))  # JSON is YAML too
         with _connected(port, baud) as (client, _):
-            deployment.undo(client, data)
+            feedback.undo(client, data)
         before.unlink()
         print('the mixings are as they were')
         return
@@ -180,7 +180,7 @@ def deploy(
     if before.exists():
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
     with _connected(port, baud) as (client, _):
-        deployment.deploy(
+        feedback.deploy(
             client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
         )
     for joint, factor in loop.factors.items():
