@@ -8,9 +8,8 @@ from math import atan2, cos, degrees, hypot, inf, isfinite, radians
 from typing import Literal, NamedTuple
 
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
-from khr_common import fixed, parameter, sample_period
+from khr_common import KhrError, fixed, parameter, sample_period
 from khr_common.block import NodeSpec, Signals
-from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
     FOOT_FORCES,

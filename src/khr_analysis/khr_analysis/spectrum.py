@@ -12,9 +12,8 @@ import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
 from khr_analysis.quantities import QUANTITIES
-from khr_common import ParameterError, fixed, parameter, sample_period
+from khr_common import KhrError, ParameterError, fixed, parameter, sample_period
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, PEAKS, READY, SPECTRUM, STATE
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 

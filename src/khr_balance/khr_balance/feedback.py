@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
 from typing import Any, ClassVar, TypeVar
 
-from khr_common import fixed, parameter
+from khr_common import KhrError, fixed, parameter
 from khr_common.block import Block, Numbers, Signals
-from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, STAGE, Topic
 from khr_common.published import AD_STEP, GAIT_FREQUENCY, GYRO_SENSITIVITY, SERVO_STEP_DEG
 

@@ -16,9 +16,8 @@ import numpy as np
 
 from khr_balance.feedback import finite_forces
 from khr_balance.gaits.kinematics import forward
-from khr_common import ParameterError, parameter, sample_period
+from khr_common import KhrError, ParameterError, parameter, sample_period
 from khr_common.block import CoreBlock, NodeSpec, Numbers, Signals
-from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, JOINT_STATES, JOINTS, SIDES, STAGE, STAGE_CHANGES
 from khr_common.rotation import applied
 from khr_common.signals import LowPass

@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from khr_common import ParameterError, fixed, parameter
+from khr_common import KhrError, ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError
 from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push

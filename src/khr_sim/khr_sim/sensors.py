@@ -16,10 +16,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, radians, tau
 
-from khr_common import fixed, parameter, sample_period
+from khr_common import KhrError, fixed, parameter, sample_period
 from khr_common import interfaces as topics
 from khr_common.block import CoreBlock, NodeSpec, Numbers, Signals
-from khr_common.errors import KhrError
 from khr_common.published import AD_STEP
 from khr_common.signals import LowPass, generator
 from khr_models.gyro_circuit.baseband import Baseband

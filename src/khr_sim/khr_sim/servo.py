@@ -38,7 +38,6 @@ GOAL, POSITION, VELOCITY, TORQUE = range(4, 8)
 # Settings: stiffness of the position loop and of the gear in N m/rad, damping of the gear and
 # derivative gain in N m s/rad, largest motor torque in N m.
 STIFFNESS, GEAR, DAMPING, DERIVATIVE, STRENGTH = range(8, 13)
-SHAPE, CONSTANTS = (13, len(JOINTS)), (8,)
 
 
 @cache
@@ -111,18 +110,13 @@ class Tables(NamedTuple):
     @classmethod
     def of(cls, robots: int) -> Tables:
         """Return the tables of a number of robots, all zero."""
-        rows, joints = SHAPE
-        return cls(
-            np.zeros((rows, joints * robots)), np.zeros(CONSTANTS), np.zeros((4 * robots, 3))
-        )
+        joints = len(JOINTS) * robots
+        return cls(np.zeros((STRENGTH + 1, joints)), np.zeros(8), np.zeros((4 * robots, 3)))
 
     def of_robot(self, number: int) -> Tables:
         """Return the part of one robot."""
-        joints = SHAPE[1]
-        own = slice(joints * number, joints * (number + 1))
-        return Tables(
-            self.servos[:, own], self.constants, self.forces[4 * number : 4 * (number + 1)]
-        )
+        joints, regions = (slice(n * number, n * (number + 1)) for n in (len(JOINTS), 4))
+        return Tables(self.servos[:, joints], self.constants, self.forces[regions])
 
 
 class PositionLoop(NamedTuple):
@@ -139,7 +133,7 @@ class Servos:
     Args:
         parameters: of the simulator.
         carried: inertia of the links outward of each joint, kg m^2, (17,).
-        table, constants: of its part of the :class:`Tables`; arrays of its own by default.
+        tables: its part of those of all robots; by default tables of its own.
 
     Attributes:
         table, constants: arguments of :func:`law`.
@@ -148,15 +142,10 @@ class Servos:
     """
 
     def __init__(
-        self,
-        parameters: SimulatorParameters,
-        carried: Array,
-        table: Array | None = None,
-        constants: Array | None = None,
+        self, parameters: SimulatorParameters, carried: Array, tables: Tables | None = None
     ) -> None:
         self._carried = carried
-        self.table = np.zeros(SHAPE) if table is None else table
-        self.constants = np.zeros(CONSTANTS) if constants is None else constants
+        self.table, self.constants, _ = tables or Tables.of(1)
         self.state: Array = self.table[: COMMAND + 1]
         self.torque: Array = self.table[TORQUE]
         self._inputs = [self.table[row].data for row in (GOAL, POSITION, VELOCITY)]

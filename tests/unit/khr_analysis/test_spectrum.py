@@ -11,8 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from khr_analysis.peaks import label
 from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser, spectrum
-from khr_common import ParameterError, build
-from khr_common.errors import KhrError
+from khr_common import KhrError, ParameterError, build
 
 PERIOD, SIZE = 0.015, 154
 CYCLE = SIZE * PERIOD

@@ -21,8 +21,7 @@ from khr_balance.controllers import (
 from khr_balance.feedback import force_gain, rate_gain
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
-from khr_common import build
-from khr_common.errors import KhrError
+from khr_common import KhrError, build
 from khr_common.interfaces import FOOT_FORCES, STAGE
 from khr_common.interfaces import GYRO as GYRO_TOPIC
 from tests.support.signals import corrected

@@ -19,8 +19,7 @@ from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.kinematics import forward
 from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination
-from khr_common import ParameterError
-from khr_common.errors import KhrError
+from khr_common import KhrError, ParameterError
 from khr_common.interfaces import JOINT_INDEX
 from tests.support.signals import corrected
 

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from khr_common import checks
-from khr_common.errors import KhrError
+from khr_common import KhrError, checks
 
 NAN, INF = math.nan, math.inf
 

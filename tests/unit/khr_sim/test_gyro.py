@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_common import ParameterError, build
-from khr_common.errors import KhrError
+from khr_common import KhrError, ParameterError, build
 from khr_common.published import AD_STEP
 from khr_sim.sensors import Gyro, GyroParameters
 

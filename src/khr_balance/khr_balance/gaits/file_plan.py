@@ -8,8 +8,15 @@ from math import inf, isclose, nextafter
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.key_frames import FEET, KeyFrames, merged, read_key_frames
 from khr_balance.gaits.kinematics import GaitError
-from khr_balance.gaits.plan import JointPlan, Plan, Sole
-from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Path, RestingPath
+from khr_balance.gaits.plan import (
+    ClampedSpline,
+    ConstantPath,
+    JointPlan,
+    Path,
+    Plan,
+    RestingPath,
+    Sole,
+)
 from khr_common.interfaces import SIDES
 
 ADVANCING = ('com_x', 'l_sole_x', 'r_sole_x')  # a repeated part may move these on

@@ -16,8 +16,7 @@ import numpy as np
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import plan_motion
 from khr_balance.gaits.kinematics import ROBOT, GaitError, UnreachableError, forward, leg_angles
-from khr_balance.gaits.plan import JointPlan, Plan
-from khr_balance.gaits.splines import ClampedSpline
+from khr_balance.gaits.plan import ClampedSpline, JointPlan, Plan
 from khr_common.block import Block, NodeSpec, Numbers, Signals
 from khr_common.interfaces import CLOCK, JOINT_INDEX, JOINT_REFERENCE, JOINTS, SIDES
 from khr_common.published import NO_LOAD_SPEED

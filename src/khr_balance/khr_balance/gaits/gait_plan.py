@@ -6,8 +6,16 @@ import numpy as np
 
 from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.gaits.plan import JointPlan, Plan, Sole
-from khr_balance.gaits.splines import ClampedSpline, ConstantPath, Keys, Path, RestingPath
+from khr_balance.gaits.plan import (
+    ClampedSpline,
+    ConstantPath,
+    JointPlan,
+    Keys,
+    Path,
+    Plan,
+    RestingPath,
+    Sole,
+)
 from khr_common.interfaces import other_side
 
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from khr_balance.gaits.gait import solve
 from khr_balance.gaits.kinematics import HEEL_X, TOE_X, UnreachableError, leg_angles
-from khr_balance.gaits.plan import Plan, Sole
-from khr_balance.gaits.splines import ConstantPath, RestingPath
+from khr_balance.gaits.plan import ConstantPath, Plan, RestingPath, Sole
 from khr_balance.recovery.parameters import FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
 from khr_common.interfaces import JOINT_INDEX, LEG, other_side

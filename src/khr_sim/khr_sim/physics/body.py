@@ -56,7 +56,7 @@ class Body:
         self, parameters: SimulatorParameters, robot: Robot, tables: Tables, start: Start
     ) -> None:
         self.parameters, self._robot, self._start = parameters, robot, start
-        self.servos = Servos(parameters, robot.joint_inertia(), tables.servos, tables.constants)
+        self.servos = Servos(parameters, robot.joint_inertia(), tables)
         self._sums = tables.forces
         self._board = Board(robot.limits(), parameters.steps)
         self._sole_offsets = [

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from khr_balance.gaits.gait import Gait, gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.kinematics import HEEL_X, TOE_X, GaitError, forward
-from khr_common import ParameterError, build
-from khr_common.errors import KhrError
+from khr_common import KhrError, ParameterError, build
 from khr_common.interfaces import JOINTS
 from tests.fakes.postures import mirrored
 

@@ -8,8 +8,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from khr_common import RunError, build
-from khr_common.errors import KhrError
+from khr_common import KhrError, RunError, build
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from khr_common import build
-from khr_common.errors import KhrError
+from khr_common import KhrError, build
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push

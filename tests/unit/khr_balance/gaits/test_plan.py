@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline
 
-from khr_balance.gaits.splines import ClampedSpline, RestingPath
+from khr_balance.gaits.plan import ClampedSpline, RestingPath
 
 steps = st.lists(st.floats(0.01, 2.0), min_size=1, max_size=30)
 seeds = st.integers(0, 1000)
