@@ -8,9 +8,8 @@ import time
 
 import pytest
 
-from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import registered
-from khr_bringup.graph.wiring import Wiring
+from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios

@@ -6,8 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.wiring import Wiring
+from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import registry
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
-from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import RunEntry, registered
+from khr_bringup.graph.wiring import Robots
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO

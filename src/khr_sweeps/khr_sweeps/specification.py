@@ -12,12 +12,11 @@ import numpy as np
 
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_sweeps import bisection
 from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
-from khr_sweeps.bisection import Finished
 from khr_sweeps.trial import Trial, complete, identity
 
 Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
+Finished = Mapping[str, bool | None]  # whether the robot stayed up, by the id of the run
 
 
 @dataclass(frozen=True)
@@ -80,14 +79,15 @@ class Sweep:
             finished: whether the robot stayed up, by the id of the run.
         """
         if self.bisect:
-            yield from bisection.due(self.trials(version), self.bisect, finished)
+            for line in self._open_lines(version, finished):
+                yield line[len(line) // 2]
         else:
             yield from (trial for trial in self.trials(version) if trial.id not in finished)
 
     def count_missing(self, version: str, finished: Finished) -> int:
         """Return the number of missing runs; for a bisection, the largest possible number."""
         if self.bisect:
-            return bisection.largest_count(self.trials(version), self.bisect, finished)
+            return sum(len(line).bit_length() for line in self._open_lines(version, finished))
         return sum(1 for _ in self.due(version, finished))
 
     def record(self) -> dict[str, Any]:
@@ -108,6 +108,30 @@ class Sweep:
             {name: axis for name, axis in self.axes.items() if name in LABELS},
             {name: axis for name, axis in self.axes.items() if name not in LABELS},
         )
+
+    def _open_lines(self, version: str, finished: Finished) -> Iterator[list[Trial]]:
+        """Yield the open trials of each line of a bisection, by increasing value.
+
+        A line has one seed and one combination of the other axes. If the robot stays up in the
+        middle of the open values, it is assumed to stay up at smaller values too; otherwise, to
+        fall at larger ones. So a line of n values takes about log2(n) runs.
+        """
+        lines: dict[tuple[object, ...], list[Trial]] = {}
+        for trial in self.trials(version):
+            others = tuple(item for item in trial.point.items() if item[0] != self.bisect)
+            lines.setdefault((trial.seed, others), []).append(trial)
+        for line in lines.values():
+            line.sort(key=lambda trial: trial.point[self.bisect])
+            low, high = 0, len(line)
+            while low < high:
+                middle = (low + high) // 2
+                if line[middle].id not in finished:
+                    yield line[low:high]
+                    break
+                if finished[line[middle].id]:  # a refused run (None) counts as a fall
+                    low = middle + 1
+                else:
+                    high = middle
 
     def _changed(self, scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
         try:

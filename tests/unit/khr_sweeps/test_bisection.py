@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_common import KhrError
-from khr_sweeps import runner
+from khr_sweeps import sweep
 from khr_sweeps.reading import parse_sweep
 from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.trial import RESULTS
@@ -77,14 +77,14 @@ def computed(monkeypatch):
             bad = trial.point[INCLINATION] in lost
             yield [(run, None if bad else (results(trial), None))]
 
-    monkeypatch.setattr(runner, 'compute', compute)
+    monkeypatch.setattr(sweep, 'compute', compute)
     return done, lost
 
 
 def sweep_into(folder):
     request = {'version': 'v', **SWEEP.record()}
     with Folder(folder, request) as open_folder:
-        return [row for batch in runner.run_missing(None, [(SWEEP, open_folder)]) for row in batch]
+        return [row for batch in sweep.run_missing(None, [(SWEEP, open_folder)]) for row in batch]
 
 
 @pytest.mark.slow

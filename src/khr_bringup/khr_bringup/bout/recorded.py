@@ -18,9 +18,14 @@ from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
 from khr_bringup.offline import Loops, Truths
 from khr_bringup.recorded.bags import read_messages
-from khr_bringup.recorded.comparison import SideBySide, compared_topics, numbers_of
 from khr_bringup.recorded.integrity import check_bag
-from khr_bringup.recorded.verify import print_influences, pushes_in
+from khr_bringup.recorded.verify import (
+    SideBySide,
+    compared_topics,
+    numbers_of,
+    print_influences,
+    pushes_in,
+)
 from khr_bringup.run_folder import SCENARIO
 from khr_common.errors import KhrError
 from khr_common.files import write_text

@@ -13,8 +13,8 @@ from khr_bringup.bout.recorded import folder_of_round, record_bout, write_scenar
 from khr_bringup.bout.result import BoutResult, Round, fight, write_bout
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
-from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import registered
+from khr_bringup.graph.wiring import Robots
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
 from khr_common import RunError

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from khr_analysis.outcome import MONITOR, SENSED
 from khr_analysis.recorder_parameters import RECORDER
-from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.wiring import START_TIMEOUT
+from khr_bringup.graph.wiring import START_TIMEOUT, Robots
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError

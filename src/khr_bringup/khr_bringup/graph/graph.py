@@ -15,9 +15,8 @@ from typing import Any
 from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.intruders import Intruders
 from khr_bringup.graph.processes import Processes, batch_scheduling
-from khr_bringup.graph.robots import Robots
 from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry, write_entry
-from khr_bringup.graph.wiring import Wiring
+from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.result import Progress, Result
 from khr_common import RunError
 from khr_common.files import write_text

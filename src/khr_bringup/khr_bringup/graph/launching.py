@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
 
-from khr_bringup.graph.robots import Robots
-from khr_bringup.graph.wiring import Wiring
+from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import spec_of
 from khr_bringup.run_folder import SCENARIO, claim
 from khr_bringup.scenario import scenario as scenarios

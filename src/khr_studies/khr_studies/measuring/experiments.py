@@ -25,9 +25,8 @@ from khr_sweeps.pool import Pool, local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.reading import load_sweep
 from khr_sweeps.results.folder import Folder, read_results, request_of, series_path
-from khr_sweeps.runner import run_missing
 from khr_sweeps.specification import Sweep, scenario_at
-from khr_sweeps.sweep import report_lost
+from khr_sweeps.sweep import report_lost, run_missing
 from khr_sweeps.trial import RESULTS
 
 ROOT = Path('runs/experiments')
