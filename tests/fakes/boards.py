@@ -63,6 +63,14 @@ class Rig:
         self.board.cycle()
         self.driver.measure()
 
+    def periods(self, count, reference=STANCE, corrections=()):
+        for _ in range(count):
+            self.period(reference, corrections)
+
+    def connect(self):
+        self.driver.connect()
+        return self
+
     def run(self, reference=STANCE):
         self.driver.start()
         while self.driver.state == 'ramping':

@@ -29,6 +29,7 @@ RAMP_STEPS = 4  # equal steps in which a ratio is raised
 STEP_PAUSE = 0.5  # s between two of these steps
 MIXING_SLOT = 0  # the used one of a servo's two mixings
 ANKLES, HIPS = BOARD_CORRECTION.names[:2], BOARD_CORRECTION.names[2:]
+CYCLE = 0.015  # s, an output cycle
 
 
 def gyro_of(joint_map: JointMap) -> GyroWiring:
@@ -159,9 +160,6 @@ class Feedback:
         self._ratios[joint] = ratio
         if not ratio:
             self._mixed.discard(joint)
-
-
-CYCLE = 0.015  # s, an output cycle
 
 
 @dataclass(frozen=True)

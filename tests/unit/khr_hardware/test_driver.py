@@ -30,8 +30,7 @@ def rig():
 
 
 def test_connecting_moves_nothing_keeps_trims_and_stops_program_and_mixings(rig):
-    for _ in range(5):
-        rig.period()
+    rig.periods(5)
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
     assert not rig.board.config.program and not rig.board.config.jumps
     assert rig.board.config.ics
@@ -69,8 +68,7 @@ def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed, l
         0.98 * min(max(a + share * (b - a), servo.limits[0]), servo.limits[1])
         for a, b, share, servo in zip(low, high, shares, MAP.servos.values(), strict=True)
     ]
-    rig = Rig(ramp_speed_deg_s=speed, torque_time=3600.0)
-    rig.driver.connect()
+    rig = Rig(ramp_speed_deg_s=speed, torque_time=3600.0).connect()
     rig.driver.start()
     rig.board.cycle()
     assert rig.targets == [0.0] * 17
@@ -119,9 +117,7 @@ def test_a_joint_beyond_its_limit_returns_no_faster_than_the_others():
         assert rig.targets[knee] >= before[knee]
         before = rig.targets
     assert fastest <= radians(30.0) * PERIOD + 1.01 * COUNT
-    rig.period([0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
-    for _ in range(50):
-        rig.period([0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
+    rig.periods(51, [0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
     assert rig.targets[knee] == 0.0, 'once within its limit, it stays there'
 
 
@@ -133,8 +129,7 @@ def test_corrections_are_added_and_no_target_leaves_its_limits_or_outruns_its_se
     before = rig.targets[knee]
     rig.period(STANCE, [{'l_knee': 9.0}])
     assert rig.targets[knee] - before <= NO_LOAD_SPEED * PERIOD + COUNT
-    for _ in range(200):
-        rig.period(STANCE, [{'l_knee': 9.0}])
+    rig.periods(200, STANCE, [{'l_knee': 9.0}])
     assert rig.targets[knee] == pytest.approx(radians(150.0), abs=COUNT)
     held = rig.targets
     rig.period([nan] * 17)
@@ -143,8 +138,7 @@ def test_corrections_are_added_and_no_target_leaves_its_limits_or_outruns_its_se
 
 def test_without_a_reference_it_holds_and_goes_on_when_there_is_one(rig):
     rig.run()
-    for _ in range(10):
-        rig.period(None)
+    rig.periods(10, None)
     assert rig.driver.starved and rig.driver.state == 'running'
     assert rig.targets == pytest.approx(STANCE, abs=COUNT)
     rig.period([0.0] * 17)
@@ -154,8 +148,7 @@ def test_without_a_reference_it_holds_and_goes_on_when_there_is_one(rig):
 def test_hold_keeps_the_target_and_start_ramps_on(rig):
     rig.run()
     rig.driver.hold()
-    for _ in range(5):
-        rig.period([0.0] * 17)
+    rig.periods(5, [0.0] * 17)
     assert rig.targets == pytest.approx(STANCE, abs=COUNT)
     rig.run([0.0] * 17)
     assert rig.targets == [0.0] * 17
@@ -177,16 +170,14 @@ def test_free_wins_over_everything(state, refused, rig):
         rig.driver.hold()
     elif state == 'fault':
         rig.driver.parameters = rig.parameters(torque_time=1.0, at_exit='hold')
-        for _ in range(70):
-            rig.period()
+        rig.periods(70)
     assert (rig.driver.state, rig.driver.starved) == (
         ('running', True) if state == 'starved' else (state, False)
     )
     assert (rig.targets == [None] * 17) == (state == 'idle')
     rig.refuse(0x10, refused)
     rig.driver.free()
-    for _ in range(5):
-        rig.period()
+    rig.periods(5)
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
     assert rig.client.counts.refused == refused
     assert rig.run().targets == pytest.approx(STANCE, abs=COUNT)
@@ -204,8 +195,7 @@ def test_a_start_that_is_not_acknowledged_leaves_no_torque(rig):
 
 def test_on_a_bad_line_no_more_is_read_than_must_be():
     """Or free would wait for it."""
-    rig = Rig(retries=1)
-    rig.driver.connect()
+    rig = Rig(retries=1).connect()
     rig.refuse(0x00, 1)
     before = rig.client.counts.exchanges
     rig.driver.measure()
@@ -249,15 +239,12 @@ def test_a_board_that_starts_anew_is_a_fault(config):
         rig.driver.connect()
         rig.run()
     rig.board.power_on()
-    for _ in range(5):
-        rig.period()
+    rig.periods(5)
     assert rig.driver.state == 'fault' and 'restarted' in rig.driver.reason
 
 
 def test_refusals_now_and_then_are_lived_through():
-    rig = Rig(retries=1)
-    rig.driver.connect()
-    rig.run()
+    rig = Rig(retries=1).connect().run()
     count = 0
 
     def refuse_each_fifth(reply):
@@ -266,8 +253,7 @@ def test_refusals_now_and_then_are_lived_through():
         return refusal(reply[1]).encode() if count % 5 == 0 else reply
 
     rig.port.tamper = refuse_each_fifth
-    for _ in range(100):
-        rig.period()
+    rig.periods(100)
     assert rig.driver.state == 'running'
 
 
@@ -281,8 +267,7 @@ def test_a_line_that_is_gone_is_a_fault_at_once(rig):
 
 @pytest.mark.parametrize(('at_exit', 'freed'), [('free', True), ('hold', False)])
 def test_leaving_frees_or_holds(at_exit, freed):
-    rig = Rig(at_exit=at_exit)
-    rig.driver.connect()
+    rig = Rig(at_exit=at_exit).connect()
     rig.run().driver.leave()
     rig.board.cycle()
     assert (rig.targets == [None] * 17) == freed
@@ -291,11 +276,9 @@ def test_leaving_frees_or_holds(at_exit, freed):
 def test_a_low_battery_ends_it_after_half_a_second(rig):
     rig.run()
     rig.board.robot.ad[0] = 380
-    for _ in range(20):
-        rig.period()
+    rig.periods(20)
     assert rig.driver.state == 'running'
-    for _ in range(30):
-        rig.period()
+    rig.periods(30)
     assert rig.driver.state == 'fault' and 'battery at 9.28 V' in rig.driver.reason
     assert rig.targets == [None] * 17
 
@@ -303,8 +286,7 @@ def test_a_low_battery_ends_it_after_half_a_second(rig):
 @pytest.mark.parametrize('late', [1.0, 2.0])
 def test_time_with_torque_is_limited(late):
     """By the clock: periods may come late."""
-    rig = Rig(torque_time=2.0, late=late)
-    rig.driver.connect()
+    rig = Rig(torque_time=2.0, late=late).connect()
     rig.driver.start()
     for _ in range(300):
         rig.period()
@@ -316,19 +298,14 @@ def test_time_with_torque_is_limited(late):
 
 
 def test_a_dry_run_gives_no_servo_torque():
-    rig = Rig(dry_run=True)
-    rig.driver.connect()
-    rig.run()
-    for _ in range(10):
-        rig.period()
+    rig = Rig(dry_run=True).connect().run()
+    rig.periods(10)
     assert rig.driver.state == 'running' and rig.targets == [None] * 17
 
 
 def test_without_reading_positions_the_pose_is_the_target():
     """And not the one from before the ramp."""
-    rig = Rig(positions_per_period=0)
-    rig.driver.connect()
-    rig.run()
+    rig = Rig(positions_per_period=0).connect().run()
     rig.period()
     assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
 
@@ -348,7 +325,6 @@ def test_holding_in_place_stops_what_would_move_the_servos():
 
 def test_every_position_is_read_in_turn(rig):
     rig.run()
-    for _ in range(5):
-        rig.period()
+    rig.periods(5)
     assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
     assert rig.driver.battery == pytest.approx(11.1, abs=0.02)

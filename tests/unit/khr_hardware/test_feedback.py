@@ -24,8 +24,7 @@ def rig():
     found.board.robot.ad[1] = 515
     found.board.sample()
     found.driver.connect()
-    for _ in range(REST_SAMPLES):
-        found.period()
+    found.periods(REST_SAMPLES)
     return found
 
 
@@ -59,8 +58,7 @@ def test_the_reference_is_the_voltage_at_rest_and_the_offset(rig):
 def test_what_the_board_adds_is_what_the_driver_reports(rig):
     rig.run()
     rig.board.robot.ad[1] = 520
-    for _ in range(3):
-        rig.period()
+    rig.periods(3)
     correction = dict(
         zip(BOARD_CORRECTION.names, rig.driver.feedback.correction(rig.driver.ad), strict=True)
     )
@@ -85,8 +83,7 @@ def test_the_loop_is_taken_back_when_the_robot_holds_or_is_free(rig, end):
 def test_another_ratio_is_taken_while_it_runs(rig):
     rig.run()
     rig.driver.parameters = rig.parameters(ankle_ratio=4)
-    for _ in range(200):
-        rig.period()
+    rig.periods(200)
     assert ratios(rig) == [4, -4, -3, 3]
 
 
@@ -100,8 +97,7 @@ def test_a_robot_that_moves_is_not_started(rig):
 
 
 def test_a_robot_that_was_not_looked_at_for_long_enough_is_not_started():
-    rig = Rig(mixing='board', ankle_ratio=12)
-    rig.driver.connect()
+    rig = Rig(mixing='board', ankle_ratio=12).connect()
     with pytest.raises(KhrError, match='0 times; accepted: 20'):
         rig.driver.start()
 
@@ -115,8 +111,7 @@ def test_a_board_that_takes_no_mixing_is_a_fault(rig):
         return refusal(frame.command) if mixing else refuse(frame)
 
     rig.board.answer = answer
-    for _ in range(200):
-        rig.period()
+    rig.periods(200)
     assert rig.driver.state == 'fault' and 'feedback could not be written' in rig.driver.reason
 
 

@@ -1,15 +1,10 @@
 """The time of a recording."""
 
-import math
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_analysis.outcome import Outcome
-from khr_analysis.outcome_values import values_of
 from khr_view.charts.charts import charts
-from khr_view.model.status import Status
 from khr_view.playback import PlayedRuns, Player, side_by_side
 from khr_view.session import PAUSE
 
@@ -122,23 +117,3 @@ def test_rows_of_two_runs_stand_side_by_side():
         ('b', '2', '3'),
         ('c', '', '4'),
     ]
-
-
-def test_status_shows_what_is_there_in_the_same_rows_from_the_start():
-    status = Status(factor=math.nan)
-    rows = dict(status.rows(1.0, over=False))
-    assert rows['verdict so far'] == 'not yet' and rows['slip'] == rows['speed'] == '-'
-    assert dict(status.rows(1.0, over=True))['verdict'] == 'not yet'
-    values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
-    status.monitor('slipped', values | {'real_time_factor': '2.00'})
-    assert list(dict(status.rows(1.0, over=False))) == list(rows)
-    status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
-    status.stage, status.scenario = 2, 'walk_0deg'
-    rows = dict(status.rows(1.0, over=False))
-    assert rows['scenario'] == 'walk_0deg'
-    assert rows['slip'] == '12.3 mm' and rows['stage'] == '2'
-    assert rows['late'] == '3 periods, 1 corrections'
-    status.simulator({'sync': 'lockstep'})
-    assert 'late' not in dict(status.rows(1.0, over=False))
-    status.monitor('fell', values_of(Outcome('fell', 1.0, 0.96, *[0.0] * 6)))
-    assert dict(status.rows(1.0, over=True))['verdict'] == 'fell at 1.0 s'

@@ -19,6 +19,13 @@ from khr_hardware.protocol.memory import RAM_SIZE, check_ics
 ACKNOWLEDGED, NOT_ACKNOWLEDGED = 0x06, 0x15
 LONGEST = 128  # bytes of a command
 SHORTEST = 3
+# Bytes of one read: longer reads fail, and a single byte would look like ACK or NCK.
+SHORTEST_READ, LONGEST_READ = 2, 126
+LONGEST_WRITE = 121  # bytes; with the address a frame of 128, the longest that the board accepts
+MAP = 5  # bytes, bit i is ICS number i
+# Types of MOVE: source and destination.
+RAM_TO_COM, LITERAL_TO_RAM, RECORD_TO_COM, LITERAL_TO_RECORD = 0x20, 0x02, 0x21, 0x12
+ROM_TO_COM, LITERAL_TO_ROM = 0x23, 0x32
 
 
 class Command(IntEnum):
@@ -114,16 +121,6 @@ class Splitter:
     def forget(self) -> None:
         """Drop an incomplete frame after a gap in the input."""
         self._held.clear()
-
-
-# Bytes of one read: longer reads fail, and a single byte would look like ACK or NCK.
-SHORTEST_READ, LONGEST_READ = 2, 126
-LONGEST_WRITE = 121  # bytes; with the address a frame of 128, the longest that the board accepts
-MAP = 5  # bytes, bit i is ICS number i
-
-# Types of MOVE: source and destination.
-RAM_TO_COM, LITERAL_TO_RAM, RECORD_TO_COM, LITERAL_TO_RECORD = 0x20, 0x02, 0x21, 0x12
-ROM_TO_COM, LITERAL_TO_ROM = 0x23, 0x32
 
 
 class ServoParameter(IntEnum):

@@ -31,6 +31,8 @@ from khr_hardware.protocol.commands import (
 )
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord, record_address
 
+AD_TOP = 1023
+
 
 class BoardRobot(Protocol):
     """A robot simulated in output cycles; positions are raw servo counts, trim included."""
@@ -51,9 +53,6 @@ class BoardRobot(Protocol):
 
     def stiffen(self, stretch: Mapping[int, int]) -> None:
         """Set the stretch of servos, 1 to 127, by ICS number."""
-
-
-AD_TOP = 1023
 
 
 class _NotAcceptedError(Exception):

@@ -24,6 +24,13 @@ from khr_hardware.virtual.board import VirtualBoard
 
 KINDS = ('lost', 'late', 'corrupt', 'nck', 'silence', 'brownout')
 BROWNOUT = 0.5  # s without a reply during the loss of supply
+GAP = 0.005  # s without input after which the board drops an incomplete command
+TICK = 0.05  # s, longest wait for input
+CHUNK = 4096
+BITS = 11  # of a byte on the line: start, 8 data, parity, stop
+_TCGETS2 = 0x802C542A  # struct termios2, with the speeds as numbers
+_TERMIOS2 = Struct('IIIIB19sII')
+_UNSET = 9600  # baud, before a client sets a rate
 
 
 @dataclass(frozen=True)
@@ -100,15 +107,6 @@ class Faults:
         self._now = now
         breaks = [fault.start for fault in self._faults if fault.kind == 'brownout']
         return any(before <= start < now for start in breaks)
-
-
-GAP = 0.005  # s without input after which the board drops an incomplete command
-TICK = 0.05  # s, longest wait for input
-CHUNK = 4096
-BITS = 11  # of a byte on the line: start, 8 data, parity, stop
-_TCGETS2 = 0x802C542A  # struct termios2, with the speeds as numbers
-_TERMIOS2 = Struct('IIIIB19sII')
-_UNSET = 9600  # baud, before a client sets a rate
 
 
 @dataclass(frozen=True)

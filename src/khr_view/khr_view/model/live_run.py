@@ -27,6 +27,8 @@ from khr_view.model.status import (
 )
 
 SILENCE = 5.0  # s of wall time without a report of the simulator: the run is gone
+MOST = 12  # that are kept
+HEADS = ('', 'gains', 'slope', 'verdict', 'slip, mm', 'vibration, deg/s')
 
 
 class LiveRun:
@@ -113,10 +115,6 @@ class LiveRun:
         if self._silent and self.status.state != 'finished':
             return replace(self.status, state=NO_RUN)
         return self.status
-
-
-MOST = 12  # that are kept
-HEADS = ('', 'gains', 'slope', 'verdict', 'slip, mm', 'vibration, deg/s')
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from khr_sim.physics.contact import SIDES
 from khr_sim.run_parameters import RunParameters
 
 NEEDED = (JOINT_STATES, TRUE_POSE, TRUE_INCLINATION, *TRUE_FORCES)
+OF_SOLES = ('surface', 'pad_distance')  # they set the width of the soles
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +103,6 @@ class SnapshotBuilder:
             **dict(zip(TRUE_FORCES, read, strict=True)),
             **signals,
         }
-
-
-OF_SOLES = ('surface', 'pad_distance')  # they set the width of the soles
 
 
 class LiveScene:

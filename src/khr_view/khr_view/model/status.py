@@ -18,6 +18,18 @@ from khr_common.errors import KhrError
 from khr_common.statuses import integer, real
 from khr_view.controls import SYMBOLS
 
+COUNTED = {'missed_periods', 'stale_corrections'}
+FACTOR = 'real_time_factor'
+ROWS = (  # label, attribute of the outcome, unit, scale
+    ('distance', 'distance', 'mm', 1e3),
+    ('slip', 'slip_distance', 'mm', 1e3),
+    ('vibration', 'vibration', 'deg/s', degrees(1.0)),
+    ('largest pitch', 'largest_pitch', 'deg', degrees(1.0)),
+)
+NO_RUN = 'no run'
+THEN = {'same': 'restarts', 'next': 'restarts, next seed', 'never': 'press Restart'}
+OTHERWISE = {'waiting': 'starting', NO_RUN: 'no run is going on: the page waits for one'}
+
 
 @dataclass(frozen=True)
 class GaitMotion:
@@ -54,16 +66,6 @@ def motion_in(values: Mapping[str, Any]) -> GaitMotion:
     if 'motion' not in values:
         return GaitMotion()
     return motion_of(build(GaitParameters, values))
-
-
-COUNTED = {'missed_periods', 'stale_corrections'}
-FACTOR = 'real_time_factor'
-ROWS = (  # label, attribute of the outcome, unit, scale
-    ('distance', 'distance', 'mm', 1e3),
-    ('slip', 'slip_distance', 'mm', 1e3),
-    ('vibration', 'vibration', 'deg/s', degrees(1.0)),
-    ('largest pitch', 'largest_pitch', 'deg', degrees(1.0)),
-)
 
 
 @dataclass
@@ -138,11 +140,6 @@ def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
     """Return rows of a name and its value in each column; missing values are empty."""
     names = dict.fromkeys(name for column in columns for name in column)
     return [(name, *(column.get(name, '') for column in columns)) for name in names]
-
-
-NO_RUN = 'no run'
-THEN = {'same': 'restarts', 'next': 'restarts, next seed', 'never': 'press Restart'}
-OTHERWISE = {'waiting': 'starting', NO_RUN: 'no run is going on: the page waits for one'}
 
 
 def fell_at(status: Status, time: float) -> float | None:

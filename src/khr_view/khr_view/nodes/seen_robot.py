@@ -55,6 +55,8 @@ from khr_view.nodes.run_client import RunClient
 from khr_view.page.display import Display
 from khr_view.page.panels import LivePanel
 
+DEPTH = 64  # messages of a topic between two frames: 10 times real time at 30 frames/s
+
 
 class LatestMessages:
     """Subscriptions without callbacks: the middleware keeps the last messages until polled.
@@ -114,9 +116,6 @@ class LatestMessages:
     def close(self) -> None:
         """Leave the topics."""
         self._node.destroy_node()
-
-
-DEPTH = 64  # messages of a topic between two frames: 10 times real time at 30 frames/s
 
 
 class SeenRobot:

@@ -13,6 +13,25 @@ from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.session import END_ACTIONS, EndAction
 
 Later = Callable[..., None]  # has a function called with the values that follow it
+# Where a push sends the robot, in odom: the robot faces along x, y is to its left.
+DIRECTIONS = {
+    'forward': (1.0, 0.0),
+    'backward': (-1.0, 0.0),
+    'to its left': (0.0, 1.0),
+    'to its right': (0.0, -1.0),
+}
+IN_RING = dict(
+    zip(('along x', 'against x', 'along y', 'against y'), DIRECTIONS.values(), strict=True)
+)
+SIMULATOR = 'simulator'
+FEEDBACK = 'Feedback'
+GROUPS = (FEEDBACK, 'Ground', 'Push', 'Time')
+AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
+PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
+OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # the parameter of the speed
+SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
+MOST_MARKS = 200  # that are listed
+START = '0.00 s  start'
 
 
 def on_user_input(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
@@ -32,24 +51,6 @@ def on_user_input(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, 
 def give_value(server: Any, control: Any, value: Any) -> None:
     """Set the value of a control, but not between a user's change and its callback."""
     server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)
-
-
-# Where a push sends the robot, in odom: the robot faces along x, y is to its left.
-DIRECTIONS = {
-    'forward': (1.0, 0.0),
-    'backward': (-1.0, 0.0),
-    'to its left': (0.0, 1.0),
-    'to its right': (0.0, -1.0),
-}
-IN_RING = dict(
-    zip(('along x', 'against x', 'along y', 'against y'), DIRECTIONS.values(), strict=True)
-)
-SIMULATOR = 'simulator'
-FEEDBACK = 'Feedback'
-GROUPS = (FEEDBACK, 'Ground', 'Push', 'Time')
-AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
-PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
-OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # the parameter of the speed
 
 
 @dataclass(frozen=True)
@@ -231,11 +232,6 @@ class LivePanel:
             self._scenario = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
         button.on_click(lambda _: self._later(lambda: self._owner.switch(self._scenario.value)))
-
-
-SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
-MOST_MARKS = 200  # that are listed
-START = '0.00 s  start'
 
 
 class PlaybackPanel:

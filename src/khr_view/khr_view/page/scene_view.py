@@ -19,6 +19,14 @@ from khr_view.page.marks import Marks
 
 Vector = tuple[float, ...]
 GREY = (0.6, 0.6, 0.6)
+DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
+OPACITY = 0.35  # of a transparent link
+FOOT = '_foot'
+OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
+# Aims a push at the torso, N in odom; it is given once the second argument is true.
+Push = Callable[[tuple[float, float, float], bool], object]
+STRIPE = 0.1  # m between the lines of the slope
+SIZE = (2.4, 1.0)  # m
 
 
 @dataclass(frozen=True)
@@ -70,14 +78,6 @@ def _size(visual: ElementTree.Element) -> Vector:
 def _numbers(element: ElementTree.Element | None, key: str) -> Vector:
     text = '0 0 0' if element is None else element.get(key, '0 0 0')
     return tuple(float(value) for value in text.split())
-
-
-DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
-OPACITY = 0.35  # of a transparent link
-FOOT = '_foot'
-OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
-# Aims a push at the torso, N in odom; it is given once the second argument is true.
-Push = Callable[[tuple[float, float, float], bool], object]
 
 
 class RobotView:
@@ -178,10 +178,6 @@ class RobotView:
         self._shapes.append(handle)
         if shape.link in (BODY, TORSO):  # older recordings have no torso
             self._torso.append(handle)
-
-
-STRIPE = 0.1  # m between the lines of the slope
-SIZE = (2.4, 1.0)  # m
 
 
 class SlopeView:

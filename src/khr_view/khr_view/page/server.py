@@ -29,6 +29,7 @@ KINDS = {'css': 'text/css', 'js': 'text/javascript', 'csv': 'text/csv'}
 PAGE = ('/', '/index.html')
 
 Tables = Mapping[str, Callable[[], str]]
+_infra: Any = viser.infra._infra
 
 
 def addition(path: str, tables: Tables) -> Response | None:
@@ -81,9 +82,6 @@ def _answer(text: str, ending: str) -> Response:
         }
     )
     return Response(HTTPStatus.OK, 'OK', headers, body)
-
-
-_infra: Any = viser.infra._infra
 
 
 class LoopEvent(asyncio.Event):

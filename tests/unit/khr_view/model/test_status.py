@@ -1,10 +1,13 @@
 """The state of a run as text, and when it restarts."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_analysis.outcome import SensedOutcome
+from khr_analysis.outcome import Outcome, SensedOutcome
+from khr_analysis.outcome_values import values_of
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_view.model.status import (
@@ -77,3 +80,23 @@ def test_a_finished_run_restarts_after_a_pause():
     assert timer.due(over=True, now=10.0 + PAUSE)
     assert not timer.due(over=False, now=100.0)
     assert not timer.due(over=True, now=101.0)
+
+
+def test_status_shows_what_is_there_in_the_same_rows_from_the_start():
+    status = Status(factor=math.nan)
+    rows = dict(status.rows(1.0, over=False))
+    assert rows['verdict so far'] == 'not yet' and rows['slip'] == rows['speed'] == '-'
+    assert dict(status.rows(1.0, over=True))['verdict'] == 'not yet'
+    values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
+    status.monitor('slipped', values | {'real_time_factor': '2.00'})
+    assert list(dict(status.rows(1.0, over=False))) == list(rows)
+    status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
+    status.stage, status.scenario = 2, 'walk_0deg'
+    rows = dict(status.rows(1.0, over=False))
+    assert rows['scenario'] == 'walk_0deg'
+    assert rows['slip'] == '12.3 mm' and rows['stage'] == '2'
+    assert rows['late'] == '3 periods, 1 corrections'
+    status.simulator({'sync': 'lockstep'})
+    assert 'late' not in dict(status.rows(1.0, over=False))
+    status.monitor('fell', values_of(Outcome('fell', 1.0, 0.96, *[0.0] * 6)))
+    assert dict(status.rows(1.0, over=True))['verdict'] == 'fell at 1.0 s'

@@ -1,7 +1,9 @@
-"""The scene of an instant, against the simulator's own geometry."""
+"""The scene of an instant, against the simulator's own geometry; all of it is of one instant."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from khr_common.interfaces import (
     FOOT_FORCES,
@@ -14,11 +16,14 @@ from khr_common.interfaces import (
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_view.model.scene import SnapshotBuilder
+from khr_view.model.scene import NEEDED, LiveScene, SnapshotBuilder
 from khr_view.page.marks import linear, outline
 from khr_view.page.scene_view import shapes
 
 ROBOT = Robot.load()
+BUILDER = SnapshotBuilder(ROBOT, RunParameters())
+PERIOD = 15_000_000
+COUNT = 6  # instants
 
 
 def signals(inclination=0.0, loads=(4.0, 3.0, 4.0, 3.0), posture=(0.0,) * len(JOINTS)):
@@ -36,7 +41,7 @@ def signals(inclination=0.0, loads=(4.0, 3.0, 4.0, 3.0), posture=(0.0,) * len(JO
 
 
 def build(**changes):
-    return SnapshotBuilder(ROBOT, RunParameters()).build(signals(**changes))
+    return BUILDER.build(signals(**changes))
 
 
 @pytest.mark.parametrize('inclination', [0.0, 0.15, -0.1])
@@ -113,3 +118,60 @@ def test_without_the_truth_the_torso_is_upright_over_its_lower_sole():
     assert abs(scene.balance.support[:, 2]).max() < 1e-9
     truth = signals()
     assert builder.completed(truth) == truth
+
+
+def instant(number):
+    """Return what the topics carry at an instant: all of it differs from instant to instant."""
+    return {
+        **dict.fromkeys(NEEDED, (0.0, 0.0, 5.0 + number)),
+        JOINT_STATES: tuple(0.01 * number * (-1) ** i for i in range(len(JOINTS))),
+        TRUE_POSE: (0.02 * number, 0.0, 0.27, 0.0, 0.0, 0.0, 1.0),
+        TRUE_INCLINATION: (0.01 * number,),
+    }
+
+
+def live():
+    scene = LiveScene()
+    assert scene.describe(ROBOT.urdf) is not None
+    return scene
+
+
+@pytest.mark.slow
+@given(st.lists(st.tuples(st.sampled_from(NEEDED), st.sampled_from([0] * 9 + [1])), max_size=80))
+def test_a_scene_is_of_one_instant_whatever_is_lost_or_late(order):
+    scene, sent = live(), dict.fromkeys(NEEDED, 0)
+    whole = -1  # the newest instant of which all has come
+    come = {number: set() for number in range(COUNT)}
+    for topic, lost in order:
+        number = sent[topic] + lost
+        if number >= COUNT:
+            continue
+        sent[topic] = number + 1
+        scene.take(topic, number * PERIOD, instant(number)[topic])
+        come[number].add(topic)
+        whole = number if come[number] == set(NEEDED) else whole
+        found = scene.build()
+        assert (found is None) == (whole < 0)
+        if found is not None:
+            expected = BUILDER.build(instant(whole))
+            for name in ('base', 'joints', 'forces'):
+                assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+            for name in ('center_of_mass', 'below', 'pressure', 'support'):
+                of_found, of_expected = vars(found.balance)[name], vars(expected.balance)[name]
+                assert np.array_equal(of_found, of_expected, equal_nan=True), name
+
+
+def test_a_run_that_starts_anew_is_shown_from_its_first_instant():
+    scene = live()
+    for number in (3, 4, 0):
+        for topic in NEEDED:
+            scene.take(topic, number * PERIOD, instant(number)[topic])
+        assert scene.build().base == instant(number)[TRUE_POSE]
+
+
+def test_without_a_true_pose_the_joints_alone_make_a_scene():
+    scene = live()
+    scene.truth = False
+    assert scene.build() is None
+    scene.take(JOINT_STATES, 0, instant(1)[JOINT_STATES])
+    assert scene.build().joints == instant(1)[JOINT_STATES]

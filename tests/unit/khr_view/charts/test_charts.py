@@ -1,5 +1,8 @@
-"""Charts show the last seconds, whatever of them has come."""
+"""Charts show the last seconds, whatever of them has come, in distinct colours, and as tables."""
 
+import csv
+from io import StringIO
+from itertools import combinations
 from math import degrees
 
 import numpy as np
@@ -10,12 +13,40 @@ from hypothesis import strategies as st
 from khr_balance.controllers import toe_heel_difference
 from khr_bringup.recorded.events import Event
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
-from khr_view.charts.charts import COMPUTED, chart_topics, charts, polled_topics
-from khr_view.charts.traces import SPAN, Traces, shade
+from khr_view.charts.charts import (
+    BLUE,
+    COMPUTED,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    chart_topics,
+    charts,
+    polled_topics,
+)
+from khr_view.charts.spectrum_lines import spectrum_lines
+from khr_view.charts.traces import SPAN, Traces, shade, signals_csv, spectrum_csv
 
 PERIOD = 15_000_000
 BY_TITLE = {chart.title: chart for chart in charts()}
-RATE = BY_TITLE['Pitch rate']
+RATE, FORCES = BY_TITLE['Pitch rate'], BY_TITLE['Foot forces']
+# Of linear RGB, for no red, no green and no blue cones: Machado, Oliveira and Fernandes 2009.
+MACHADO = {
+    'normal': np.eye(3),
+    'protanopia': [
+        [0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]
+    ],
+    'deuteranopia': [
+        [0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]
+    ],
+    'tritanopia': [
+        [1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]
+    ],
+}  # fmt: skip
+XYZ = np.array(
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+)  # of linear sRGB
+WHITE = np.array([0.9505, 1.0, 1.089])
+DISTINCT = 10.0  # CIE 1976 difference: two or so are seen side by side
 
 
 def fill(traces, count, topic=GYRO, value=float, start=0):
@@ -57,7 +88,7 @@ def test_what_a_topic_lacks_is_read_between_its_neighbours():
         for topic in FOOT_FORCES:
             if number != 2 or topic == FOOT_FORCES[0]:
                 traces.add(topic, number * PERIOD, (0.0, 0.0, float(number)))
-    times, *columns = traces.columns(BY_TITLE['Foot forces'])
+    times, *columns = traces.columns(FORCES)
     assert len(times) == 5
     for column in columns:
         assert column == pytest.approx(np.arange(5.0))
@@ -70,8 +101,7 @@ def test_a_chart_without_samples_is_empty():
 
 
 def test_every_controller_has_a_line():
-    titles = {chart.title: chart for chart in charts()}
-    lines = titles['Corrections'].lines
+    lines = BY_TITLE['Corrections'].lines
     names = ['ankle', 'hip', 'roll', 'recovery']
     constant = [f'{name}, constant part' for name in names[:2]]
     assert [line.label for line in lines] == names + constant
@@ -105,3 +135,61 @@ def test_an_earlier_attempt_is_shown_at_its_own_times_and_ends_where_it_ended():
     ghost = second.ghost(RATE, times)
     assert ghost[:20] == pytest.approx(degrees(1.0)) and np.isnan(ghost[20:]).all()
     assert np.isnan(first.ghost(RATE, times)).all()
+
+
+def rows(text):
+    return list(csv.DictReader(StringIO(text)))
+
+
+def test_every_line_is_a_column_with_its_unit_at_the_times_of_the_finest_chart():
+    traces = Traces()
+    for number in range(10):
+        traces.add(GYRO, number * PERIOD, (0.0, 0.1 * number, 0.0))
+        if number % 2 == 0:
+            for topic in FOOT_FORCES:
+                traces.add(topic, number * PERIOD, (0.0, 0.0, float(number)))
+    found = rows(signals_csv({chart: traces.columns(chart) for chart in (RATE, FORCES)}))
+    assert [float(row['time, s']) for row in found] == [0.015 * n for n in range(10)]
+    assert float(found[3]['Pitch rate gyro, deg/s']) == pytest.approx(degrees(0.3))
+    assert float(found[3]['Foot forces left toe, N']) == pytest.approx(3.0)
+    assert len(found[0]) == 7
+
+
+def test_a_gap_is_a_row_without_numbers():
+    traces = Traces()
+    for number in (*range(10), *range(60, 70)):
+        traces.add(GYRO, number * PERIOD, (0.0, 1.0, 0.0))
+        for topic in FOOT_FORCES:
+            traces.add(topic, number * PERIOD, (0.0, 0.0, 2.0))
+    found = rows(signals_csv({chart: traces.columns(chart) for chart in (RATE, FORCES)}))
+    empty = [n for n, row in enumerate(found) if row['Pitch rate gyro, deg/s'] == 'nan']
+    assert (
+        empty
+        == [n for n, row in enumerate(found) if row['Foot forces left toe, N'] == 'nan']
+        == [10]
+    )
+    assert 0.135 < float(found[10]['time, s']) < 0.9
+
+
+def test_a_spectrum_is_frequencies_and_amplitudes():
+    found = rows(spectrum_csv(spectrum_lines([0.0, 1.0], [0.0, 0.5])))
+    assert float(found[-1]['pitch rate, deg/s']) == pytest.approx(degrees(0.5))
+
+
+def test_what_is_not_there_yet_has_heads_of_columns_alone():
+    assert rows(signals_csv({})) == rows(spectrum_csv(None)) == []
+    assert signals_csv({}) == '"time, s"\n'
+
+
+def lab(color, matrix):
+    """Return CIELAB of a colour as somebody sees it."""
+    srgb = np.array([int(color[start : start + 2], 16) for start in (1, 3, 5)]) / 255.0
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    x, y, z = np.cbrt(XYZ @ np.clip(np.array(matrix) @ linear, 0.0, 1.0) / WHITE)
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize('sight', MACHADO)
+def test_every_two_colors_are_distinct(sight):
+    for one, other in combinations((BLUE, ORANGE, GREEN, PURPLE), 2):
+        assert np.linalg.norm(lab(one, MACHADO[sight]) - lab(other, MACHADO[sight])) > DISTINCT
