@@ -15,7 +15,7 @@ from khr_hardware.client import Client
 from khr_hardware.feedback import BoardLoop, deploy, undo
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
-from tests.fakes.loopback import Loopback
+from tests.fakes.boards import Loopback
 from tests.support.served import BOARD_UNITS, served
 
 MAP = JointMap.load()

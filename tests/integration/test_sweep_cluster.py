@@ -17,9 +17,16 @@ from khr.cli.verbs.options import scheduler_of
 from khr_common import KhrError
 from khr_sweeps import cluster
 from khr_sweeps.cluster import CREDENTIALS, Scheduler, open_pool
-from tests.support.certificates import make_certificates
 from tests.support.runs import KHR
-from tests.support.sweeps import PATIENCE, check_complete, khr, specification, wait_for, written
+from tests.support.sweeps import (
+    PATIENCE,
+    check_complete,
+    khr,
+    make_certificates,
+    specification,
+    wait_for,
+    written,
+)
 
 
 @dataclass

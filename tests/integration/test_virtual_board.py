@@ -28,7 +28,7 @@ from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
 from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
 from khr_sim.plant import mix
 from tests import ROOT
-from tests.fakes.loopback import Loopback, TableServos
+from tests.fakes.boards import Loopback, TableServos
 from tests.support.board_film import stand_and_squat
 from tests.support.served import BOARD_UNITS, served
 

@@ -8,7 +8,7 @@ from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import build
 from khr_sim.parameters import SimulatorParameters
-from tests.support.one_robot import World
+from tests.support.mechanics import World
 
 PERIOD = SimulatorParameters().control_period
 

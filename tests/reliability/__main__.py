@@ -27,7 +27,6 @@ from tests.reliability.cases import HARMS, attempt, cases
 from tests.reliability.harms import load
 from tests.reliability.harms.harmed_run import Case
 from tests.reliability.strangers.other_machine import why_not
-from tests.support.load import busy
 from tests.support.process_signals import hand_on_signals
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
@@ -111,7 +110,7 @@ def _campaign(wanted: Sequence[Case], journal: Path, loops: Sequence[int]) -> It
     for number, case in enumerate(wanted, 1):
         if case.name in done:
             continue
-        with busy(0 if case.kind in load.HARMS else loops[number % len(loops)]):
+        with load.busy(0 if case.kind in load.HARMS else loops[number % len(loops)]):
             others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
             faults, figures = attempt(case)
         result = Result(case.name, case.kind, faults, round(others, 2), source_version(), figures)

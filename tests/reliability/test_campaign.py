@@ -10,6 +10,7 @@ from khr_bringup.scenario import scenario as scenarios
 from tests import ROOT
 from tests.reliability.cases import HARMS, cases
 from tests.reliability.harms.harmed_run import PHASES, SCENARIO
+from tests.reliability.harms.load import trouble
 
 
 def campaign(folder, *arguments):
@@ -51,3 +52,10 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     killed = {(case.victim, case.phase) for case in found if case.kind == 'SIGKILL of a process'}
     victims = {*scenarios.load_scenario(SCENARIO).nodes, 'graph'}
     assert killed == {(victim, phase) for victim in victims for phase in PHASES}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(400)
+def test_ten_viewers_each_come_and_go_beside_busy_loops(tmp_path):
+    faults, _ = trouble(tmp_path, 20.0)
+    assert not faults

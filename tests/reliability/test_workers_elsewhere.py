@@ -10,9 +10,8 @@ import pytest
 from khr_common import KhrError
 from khr_sweeps.cluster import Scheduler, open_pool
 from tests.reliability.strangers.other_machine import THERE, other_machine, why_not
-from tests.support.certificates import make_certificates
 from tests.support.runs import wait_for
-from tests.support.sweeps import PATIENCE, check_complete, khr, specification
+from tests.support.sweeps import PATIENCE, check_complete, khr, make_certificates, specification
 
 REASON = why_not()
 PORT = 8786

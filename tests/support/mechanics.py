@@ -1,4 +1,4 @@
-"""Momentum and angular momentum of the simulated robot, from the motion of its joints."""
+"""One simulated robot: a world of its own, and its momenta from the motion of its joints."""
 
 from math import cos, sin
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from khr_common.rotation import matrix
 from khr_description.robot import JOINTS
+from khr_sim.physics import world
 
 # Servos whose mechanics is a closed form: springs in series, little friction, no play.
 PLAIN_SERVOS = {
@@ -67,3 +68,25 @@ def ground_forces(truth):
     """Return the mean forces on toes and heels over the last period, in odom, (4, 3)."""
     turns = [matrix(sole) for sole in np.repeat(truth.sole_orientation, 2, axis=0)]
     return np.array([turn @ f for turn, f in zip(turns, truth.contact_force, strict=True)])
+
+
+class World:
+    """A world with one robot; the rest is that of :class:`khr_sim.physics.world.World`."""
+
+    def __init__(self, parameters):
+        self._world = world.World([parameters])
+        (self.body,) = self._world.bodies
+
+    def __getattr__(self, name):
+        return getattr(self._world, name)
+
+    def reset(self, posture, clearance=0.0):
+        (truth,) = self._world.reset([posture], clearance)
+        return truth
+
+    def advance(self, target):
+        (truth,) = self._world.advance([target])
+        return truth
+
+    def configure(self, parameters):
+        self._world.configure([parameters])

@@ -1,5 +1,6 @@
-"""A small sweep, and whether all of it is there."""
+"""A small sweep, whether all of it is there, and certificates for its workers elsewhere."""
 
+import re
 import subprocess
 from collections import Counter
 from functools import partial
@@ -11,6 +12,7 @@ from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_studies.measuring.experiments import runs_of
 from khr_sweeps.reading import load_sweep
 from khr_sweeps.results.folder import ROWS, read_results, request_of, series_path
+from tests import ROOT
 from tests.support import runs
 from tests.support.runs import KHR
 
@@ -57,3 +59,13 @@ def check_signals(folder):
     """Whatever is in the journal has its signals, whole."""
     for run in runs_of(folder):
         assert run.series.time[-1] == pytest.approx(run.row['time_s'])
+
+
+def make_certificates(folder):
+    """Run the commands of docs/workers.md in a folder; return the folder of the credentials."""
+    text = (ROOT / 'docs/workers.md').read_text()
+    commands = next(
+        block for block in re.findall(r'```sh\n(.*?)```', text, re.DOTALL) if 'openssl' in block
+    )
+    subprocess.run(['sh', '-ec', commands], cwd=folder, check=True, capture_output=True)
+    return folder / 'tls'

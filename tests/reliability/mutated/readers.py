@@ -39,7 +39,7 @@ from khr_sweeps.trial import RESULTS as COLUMNS
 from tests import ROOT
 from tests.fakes.invented_runs import signals
 from tests.reliability.mutated.mutants import LONGEST_LINE
-from tests.support.certificates import make_certificates
+from tests.support.sweeps import make_certificates
 
 
 def try_file(path: Path, kind: str) -> str:

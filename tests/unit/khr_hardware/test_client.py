@@ -10,8 +10,7 @@ from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortErr
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.commands import refusal
 from khr_hardware.protocol.memory import Config, Mixing
-from tests.fakes.boards import TRIMS, bench_board
-from tests.fakes.loopback import Loopback
+from tests.fakes.boards import TRIMS, Loopback, bench_board
 from tests.support.exchanges import exchange
 
 

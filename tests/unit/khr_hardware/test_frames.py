@@ -10,7 +10,7 @@ from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.commands import Packet, Splitter, acknowledged, decode, refusal
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord
 from tests.fakes.boards import bench_board
-from tests.support import board_commands
+from tests.support import exchanges
 
 NEUTRAL = dict.fromkeys([0, 2, 3, 4, 5, 8, 9, *range(12, 22)], 7500)
 FRAMES = {  # command: its bytes on the wire
@@ -25,20 +25,20 @@ FRAMES = {  # command: its bytes on the wire
         commands.write_ram(0x0206, Mixing.of_ad(1, 12).encode()),
         '0a 00 02 06 02 00 24 40 0c 84',
     ),
-    'free one': (board_commands.move_servo(18, 0x8000, 1), '07 0f 12 01 00 80 a9'),
+    'free one': (exchanges.move_servo(18, 0x8000, 1), '07 0f 12 01 00 80 a9'),
     'stretch': (
-        board_commands.set_servos(commands.ServoParameter.STRETCH, {1: 60, 0: 30}),
+        exchanges.set_servos(commands.ServoParameter.STRETCH, {1: 60, 0: 30}),
         '0b 12 03 00 00 00 00 01 1e 3c 7b',
     ),
     'each': (
-        board_commands.move_servos_each({2: (5, 7500), 0: (1, 0x8000)}),
+        exchanges.move_servos_each({2: (5, 7500), 0: (1, 0x8000)}),
         '0e 11 05 00 00 00 00 01 00 80 05 4c 1d 13',
     ),
-    'ROM': (board_commands.read_rom(0x05DC, 2), '0b 00 23 00 00 00 dc 05 00 02 11'),
-    'write ROM': (board_commands.write_rom(0x0B80, b'\x01\x02'), '09 00 32 80 0b 00 01 02 c9'),
-    'record': (board_commands.read_record(18, 4, 2), '0a 00 21 00 00 00 04 12 02 43'),
+    'ROM': (exchanges.read_rom(0x05DC, 2), '0b 00 23 00 00 00 dc 05 00 02 11'),
+    'write ROM': (exchanges.write_rom(0x0B80, b'\x01\x02'), '09 00 32 80 0b 00 01 02 c9'),
+    'record': (exchanges.read_record(18, 4, 2), '0a 00 21 00 00 00 04 12 02 43'),
     'write record': (
-        board_commands.write_record(18, memory.TRIM, b'\xa8\xfd'),
+        exchanges.write_record(18, memory.TRIM, b'\xa8\xfd'),
         '09 00 12 02 12 00 a8 fd d4',
     ),
 }

@@ -10,9 +10,8 @@ from khr_hardware.errors import RefusedError
 from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.commands import Packet
 from khr_hardware.protocol.memory import FREE, HOLD, Config, Mixing
-from tests.fakes.boards import TRIMS, bench_board
-from tests.fakes.loopback import Loopback
-from tests.support import board_commands
+from tests.fakes.boards import TRIMS, Loopback, bench_board
+from tests.support import exchanges
 
 SERVOS = st.sampled_from(sorted(TRIMS))
 POSITIONS = st.integers(5000, 10000)
@@ -178,16 +177,16 @@ def test_a_mixing_acts_after_its_delay(delay):
 
 
 def test_stretch_reaches_the_servos(board, client):
-    client.command(board_commands.set_servos(commands.ServoParameter.STRETCH, {12: 30, 2: 60}))
+    client.command(exchanges.set_servos(commands.ServoParameter.STRETCH, {12: 30, 2: 60}))
     assert board.robot.stretch == {2: 60, 12: 30}
 
 
 def test_rom_is_stored_and_power_on_restores_ram(board, client):
-    client.command(board_commands.write_rom(0x0B80, b'abc'))
+    client.command(exchanges.write_rom(0x0B80, b'abc'))
     client.set_mixing(12, 0, Mixing.of_ad(1, 5))
     client.move({12: 7600})
     board.power_on()
-    assert client.exchange(board_commands.read_rom(0x0B80, 3), 3) == b'abc'
+    assert client.exchange(exchanges.read_rom(0x0B80, 3), 3) == b'abc'
     assert not client.record(12).mixings[0].active
     board.cycle()
     assert board.sent[12] == FREE and client.record(12).trim == TRIMS[12]

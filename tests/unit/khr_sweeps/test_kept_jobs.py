@@ -10,7 +10,7 @@ from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.results.store import Store
 from khr_sweeps.trial import Row, identity
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 
 
 def square(number: float, condition: Condition | None = None) -> float:

@@ -5,7 +5,7 @@ import pytest
 from khr_common import build
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
-from tests.support.one_robot import World
+from tests.support.mechanics import World
 
 
 @pytest.fixture(params=LIBRARIES)

@@ -18,8 +18,7 @@ from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.servo import Servos, law
 from tests.fakes.postures import STANCE
-from tests.support.mechanics import ground_forces, momenta, motions
-from tests.support.one_robot import World
+from tests.support.mechanics import World, ground_forces, momenta, motions
 
 PERIOD = 0.015
 STIFF = {f'stretch_{joint}': 127 for joint in ('hip', 'knee', 'ankle_pitch', 'ankle_roll')}
@@ -141,7 +140,7 @@ COMPILATIONS = """
 import sys
 from numba.core.dispatcher import Dispatcher
 from khr_sim.parameters import SimulatorParameters
-from tests.support.one_robot import World
+from tests.support.mechanics import World
 
 compile_for_args, compiled = Dispatcher._compile_for_args, []
 Dispatcher._compile_for_args = lambda self, *arguments: (

@@ -9,8 +9,7 @@ from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from tests.fakes.postures import STANCE
-from tests.support.mechanics import momenta, motions
-from tests.support.one_robot import World
+from tests.support.mechanics import World, momenta, motions
 
 
 def test_reads_a_scenario_line():

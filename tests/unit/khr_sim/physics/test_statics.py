@@ -10,7 +10,7 @@ from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.statics import GRAVITY, footing, holding_torques
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
-from tests.support.one_robot import World
+from tests.support.mechanics import World
 
 ROBOT = Robot.load()
 DOWN = np.array((0.0, 0.0, -1.0))

@@ -22,7 +22,7 @@ from khr_studies.engines.study import (
     with_engine,
 )
 from khr_studies.measuring.run_table import read_table, run_table
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 
 FIRST, SECOND = ENGINES
 

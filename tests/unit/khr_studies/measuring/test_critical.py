@@ -28,7 +28,7 @@ from khr_studies.measuring.critical import (
 )
 from khr_studies.measuring.run_table import run_table
 from tests.fakes.benches import full_outcome, outcome
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 
 
 def test_interval_is_students_over_what_bisection_and_raggedness_leave():

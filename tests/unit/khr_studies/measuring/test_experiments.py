@@ -22,7 +22,7 @@ from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.results.folder import ROWS
 from khr_sweeps.results.store import Store, read_store
 from khr_sweeps.sweep import report_lost
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 
 SMALL = """# A small one
 scenario: [stand_0deg, lift_3.8deg]

@@ -18,7 +18,7 @@ from khr_studies.measuring.run_table import (
     wilson,
     write_table,
 )
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 from tests.fakes.reproductions import run
 
 

@@ -24,7 +24,7 @@ from khr_studies.tuning.figure import front_picture
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, parameter_changes
 from khr_studies.tuning.study import MERITS, Question, Tuning, places, summarise, tune
 from khr_sweeps.trial import Row
-from tests.fakes.pools import HerePool
+from tests.fakes.jobs import HerePool
 
 K_A, K_H = (axis.name for axis in GAINS)
 
