@@ -3,6 +3,7 @@
 import csv
 import math
 from collections import Counter
+from itertools import product
 
 import numpy as np
 import pytest
@@ -62,13 +63,7 @@ def request(axes, samples=None):
 
 @pytest.fixture
 def folder(tmp_path):
-    rows = [
-        row_of(x, y, z, number)
-        for x in INCLINATIONS
-        for y in GAINS
-        for z in SURFACES
-        for number in range(RUNS)
-    ]
+    rows = [row_of(*each) for each in product(INCLINATIONS, GAINS, SURFACES, range(RUNS))]
     refused = {'verdict': None, 'stayed_up': None, 'error': 'no such gait'}
     rows.append(row_of(0.0, 6.0, 'smooth', 99) | refused)
     with Folder(tmp_path / 'sweep', request({Y: GAINS[::-1], X: INCLINATIONS, Z: SURFACES})) as it:
@@ -248,34 +243,19 @@ def test_a_place_that_cannot_be_written_is_named(folder, tmp_path):
 def results(tmp_path, axes):
     """Return runs in which K_A 12 holds 8 deg, and no gain 20 deg; K_H costs vibration."""
     rows = []
-    for number in range(2):
-        for slope in axes[X]:
-            for ankle in axes.get(Y, [0.0]):
-                for hip in axes.get(HIP, [0.0]):
-                    up = slope < 10.0 if ankle else slope < 5.0 or (slope < 10.0 and number == 0)
-                    rows.append(
-                        {
-                            'id': f'{number} {slope} {ankle} {hip}',
-                            X: slope,
-                            Y: ankle,
-                            HIP: hip,
-                            'seed': number,
-                            **dict.fromkeys(RESULTS),
-                            'verdict': 'walked' if up else 'fell',
-                            'stayed_up': up,
-                            VIBRATION: 0.1 + hip / 100 if up else None,
-                            SLIP: 0.01 - hip / 10_000 if up else None,
-                        }
-                    )
-    request = {
-        'version': 'v',
-        'scenario': {'walk_3deg': {}},
-        'cases': {},
-        'axes': axes,
-        'samples': None,
-        'seeds': 2,
-    }
-    with Folder(tmp_path / 'sweep', request) as folder:
+    tried = product(range(2), axes[X], axes.get(Y, [0.0]), axes.get(HIP, [0.0]))
+    for number, slope, ankle, hip in tried:
+        up = slope < 10.0 if ankle else slope < 5.0 or (slope < 10.0 and number == 0)
+        found = {
+            'id': f'{number} {slope} {ankle} {hip}',
+            HIP: hip,
+            'verdict': 'walked' if up else 'fell',
+            'stayed_up': up,
+            VIBRATION: 0.1 + hip / 100 if up else None,
+            SLIP: 0.01 - hip / 10_000 if up else None,
+        }
+        rows.append(row_of(slope, ankle, 'smooth', number) | found)
+    with Folder(tmp_path / 'sweep', request(axes)) as folder:
         folder.append(rows)
         folder.export()
     return read_results(tmp_path / 'sweep')
