@@ -65,15 +65,8 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
     with warnings.catch_warnings():
         warnings.simplefilter('error', ODEintWarning)
         try:
-            states = odeint(
-                derivative,
-                initial,
-                times,
-                tfirst=True,
-                rtol=TOLERANCE,
-                atol=TOLERANCE,
-                mxstep=20_000,
-            )
+            accuracy = {'rtol': TOLERANCE, 'atol': TOLERANCE, 'mxstep': 20_000}
+            states = odeint(derivative, initial, times, tfirst=True, **accuracy)
         except ODEintWarning as failure:
             raise _refusal(initial, str(failure).split('.')[0]) from failure
     states = np.asarray(states, dtype=np.float64).T

@@ -156,13 +156,9 @@ def servo_loop_numbers() -> str:
     printed = replace(loop, gain=loop_gain(15.0, 'published'), form='published')
     tone, time = Tone(SWING, GAIT_FREQUENCY), np.linspace(0.0, GAIT_PERIOD, 1001)
     residues = response_by_residues(loop, [tone], time)
-    others = [
-        np.max(np.abs(other - residues))
-        for other in (
-            response_by_simulation(loop, [tone], time),
-            response_published(loop, tone, time),
-        )
-    ]
+    integrated = response_by_simulation(loop, [tone], time)
+    closed = response_published(loop, tone, time)
+    others = [np.max(np.abs(other - residues)) for other in (integrated, closed)]
     light = (0.1414, 2.0, 151.0)
     pair = [ringing_frequency(*light, form) for form in ('published', 'physical')]
     light_loop = ServoLoop(*light, form='published')
@@ -271,14 +267,7 @@ def stiffness_numbers() -> str:
             ),
             'largest K_A': f'{limit / gain_of_board(1.0):.1f}',
         }
-        for part, ringing, ratio, rate, limit in zip(
-            share,
-            sweep.ringing_frequency,
-            sweep.damping_ratio,
-            sweep.ringing_rate,
-            sweep.stability_limit,
-            strict=True,
-        )
+        for part, ringing, ratio, rate, limit in zip(share, *vars(sweep).values(), strict=True)
     ]
     return table_of(rows)
 

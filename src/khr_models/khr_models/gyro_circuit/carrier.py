@@ -157,14 +157,8 @@ def simulate(
     carrier = circuit.pickoff * sense
     reference = _cosine(count, steps_per_cycle, circuit.reference_phase)
     product = 2.0 * circuit.gain * reference * carrier
-    return Waveforms(
-        time,
-        turning,
-        drive_velocity,
-        sense,
-        carrier,
-        _low_pass(product, circuit.time_constant, step),
-    )
+    demodulated = _low_pass(product, circuit.time_constant, step)
+    return Waveforms(time, turning, drive_velocity, sense, carrier, demodulated)
 
 
 def static_characteristic(

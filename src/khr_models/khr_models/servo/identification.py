@@ -115,16 +115,11 @@ def identify(
     drawn = measured + generator.uniform(-uncertainty, uncertainty, (2, SAMPLES))
     samples = _solve(gains, drawn, form, inertia)
     samples = samples[:, ~np.isnan(samples).any(axis=0)]
-    deviation = np.std(samples, axis=1)
+    values = np.concatenate([best[:, 0], np.std(samples, axis=1)])
+    stiffness, damping, of_stiffness, of_damping = values.tolist()
+    explained = samples.shape[1] / SAMPLES
     return Identification(
-        float(best[0, 0]),
-        float(best[1, 0]),
-        float(deviation[0]),
-        float(deviation[1]),
-        samples,
-        samples.shape[1] / SAMPLES,
-        form,
-        inertia,
+        stiffness, damping, of_stiffness, of_damping, samples, explained, form, inertia
     )
 
 

@@ -190,11 +190,8 @@ def simulate_sliding(
             return _assemble(pendulum, dynamics, pieces)
         start, state = float(run.t_events[0][0]), run.y_events[0][0].tolist()
         state[4] = 0.0
-        direction = (
-            dynamics.direction_from_rest(state)
-            if direction
-            else dynamics.direction_of_slide(state)
-        )
+        judge = dynamics.direction_from_rest if direction else dynamics.direction_of_slide
+        direction = judge(state)
     raise KhrError(
         f'pid: {pid!r} makes the foot chatter; accepted: gains that change '
         f'between sticking and sliding fewer than {MODE_CHANGES} times'

@@ -290,17 +290,11 @@ def _balances(scenario: Scenario, kept: Sequence[Frame]) -> list[Balance]:
     found: list[Balance] = []
     earlier = 0.0
     for each in kept:
-        truth = each.truth
-        found.append(
-            model.at(
-                (*truth.position, *truth.orientation),
-                truth.joint_position.tolist(),
-                truth.inclination,
-                truth.contact_force[:, 2].tolist(),
-                found[-1] if found else None,
-                each.time - earlier,
-            )
-        )
+        truth, last = each.truth, found[-1] if found else None
+        pose = (*truth.position, *truth.orientation)
+        angles, forces = truth.joint_position.tolist(), truth.contact_force[:, 2].tolist()
+        step = each.time - earlier
+        found.append(model.at(pose, angles, truth.inclination, forces, last, step))
         earlier = each.time
     return found
 

@@ -283,17 +283,10 @@ def peaks_of_recording(
         if run.has_scenario:
             return peaks_of(str(path), run.parameters, run.series)
     channel = read_channel(path, topic, axis, namespace)
-    found = recorded_spectrum(channel.even())
-    return RecordedPeaks(
-        str(path),
-        channel.label,
-        channel.quantity.unit,
-        found.spectrum.start,
-        found.spectrum.end,
-        0.0,
-        found.spectrum.peaks,
-        found.notes,
-    )
+    found, unit = recorded_spectrum(channel.even()), channel.quantity.unit
+    lines = found.spectrum
+    span = lines.start, lines.end
+    return RecordedPeaks(str(path), channel.label, unit, *span, 0.0, lines.peaks, found.notes)
 
 
 def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:

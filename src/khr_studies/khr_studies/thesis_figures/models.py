@@ -68,11 +68,8 @@ def demodulated() -> Figure:
     waves, every = _waveforms(), 16
     time = 1e3 * waves.time
     figure, (axis,) = panels('')
-    axis.plot(
-        time[::every],
-        1e3 * KRG4.sensitivity * waves.rate[::every],
-        label=f'{MILLIVOLTS:g} mV per °/s · rate',
-    )
+    ideal = 1e3 * KRG4.sensitivity * waves.rate
+    axis.plot(time[::every], ideal[::every], label=f'{MILLIVOLTS:g} mV per °/s · rate')
     axis.plot(time[::every], 1e3 * waves.demodulated[::every], label='demodulated output')
     axis.set(xlabel='time (ms)', ylabel='output (mV)')
     axis.legend(loc='upper right')
@@ -162,14 +159,10 @@ def capture_point() -> Figure:
     legend_above(left, columns=1)
     times = np.linspace(0.1, 0.5, 81)
     for steps in (1, 2, math.inf):
-        bound = [
-            PUSHED
-            * largest_force(
-                ROBOT, INERTIA, PUSHED, step_margin(STEP, time, omega, steps), DECISION
-            )
-            for time in times
-        ]
-        right.plot(times, bound, label='endless steps' if steps == math.inf else f'n = {steps}')
+        beyond = [step_margin(STEP, time, omega, steps) for time in times]
+        forces = [largest_force(ROBOT, INERTIA, PUSHED, margin, DECISION) for margin in beyond]
+        label = 'endless steps' if steps == math.inf else f'n = {steps}'
+        right.plot(times, PUSHED * np.array(forces), label=label)
     right.axhline(PUSHED * largest_force(ROBOT, INERTIA, PUSHED, 0.0), color='0.4', linewidth=0.8)
     right.set(xlabel='time from decision to landing (s)', ylabel='impulse survived (N s)')
     legend_above(right, columns=3)

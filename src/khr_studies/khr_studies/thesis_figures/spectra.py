@@ -303,15 +303,10 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 def _mark_published(axis: Axes) -> None:
     """Mark the published peaks, each as a bar over its range."""
     bar: Look = {'color': 'C1', 'linestyle': '-', 'linewidth': 5.0, 'alpha': 0.45}
+    bar |= {'solid_capstyle': 'butt', 'label': 'thesis, published peaks'}
     for (inclination_deg, condition), lines in published_lines().items():
         for line in lines if condition.surface == 'smooth' else ():
-            axis.plot(
-                [inclination_deg] * 2,
-                line,
-                label='thesis, published peaks',
-                solid_capstyle='butt',
-                **bar,
-            )
+            axis.plot([inclination_deg] * 2, line, **bar)
 
 
 def _mark_dominant(axis: Axes, runs: Mapping[str, Runs], rate: Rate) -> None:

@@ -150,13 +150,8 @@ def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
     """Draw toe and heel force of the support foot over a leg lift."""
     lifts = group_runs(on_leg('left', runs['lift_inclination']), inclination_deg)
-    figure, axes = panels(
-        f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°',
-        'toe',
-        'heel',
-        columns=1,
-        height=6.6,
-    )
+    both = f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°'
+    figure, axes = panels(both, 'toe', 'heel', columns=1, height=6.6)
     shown = lifts[SHOWN_DEG]
     parts = {'toe': (0,), 'heel': (1,), 'toe and heel': (0, 1)}
     for (name, columns), look in zip(parts.items(), LOOKS, strict=False):

@@ -284,12 +284,8 @@ def open_loops(loops: Mapping[Loop, OpenLoop]) -> Figure:
         phase.set(ylabel='phase (°)', ylim=(-185.0, 185.0), yticks=(-180, -90, 0, 90, 180))
         for axis, level in ((gain, 1.0), (phase, 0.0)):
             axis.axhline(level, color='0.6', linewidth=0.8, label='_level')
-            axis.axvline(
-                measured.margin().frequency,
-                color=COLORS[1],
-                linestyle='--',
-                label='edge of stability',
-            )
+            edge = measured.margin().frequency
+            axis.axvline(edge, color=COLORS[1], linestyle='--', label='edge of stability')
             axis.set(xlabel='frequency (Hz)', xlim=(0.0, SHOWN[1]))
     lines, names = axes[0].get_legend_handles_labels()
     figure.legend(lines, names, loc='outside lower center', ncols=3)

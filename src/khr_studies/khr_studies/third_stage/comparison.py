@@ -140,14 +140,11 @@ def compare_with_model(plane: Plane) -> ModelComparison:
         rows = [[growth(scale, time, hip) for scale in plane.scales] for time in plane.times]
         return np.array(rows)
 
-    return ModelComparison(
-        edges(plane),
-        {hip: grown(hip) for hip in hips},
-        tuple(
-            ModelLoop(feet, hip, loop_at(near._replace(hip_gain=hip), feet))
-            for feet, hip in product((2, 1), hips)
-        ),
+    loops = tuple(
+        ModelLoop(feet, hip, loop_at(near._replace(hip_gain=hip), feet))
+        for feet, hip in product((2, 1), hips)
     )
+    return ModelComparison(edges(plane), {hip: grown(hip) for hip in hips}, loops)
 
 
 @cache

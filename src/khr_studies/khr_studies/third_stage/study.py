@@ -227,14 +227,11 @@ def measure_plane(
     with kept_pool(__name__, 'stage 3', jobs, folder, quiet) as kept:
 
         def climbs(some: Sequence[Setting], name: str) -> pd.DataFrame:
-            return measure(
-                kept,
-                climb,
-                (
-                    (each._asdict() | {'engine': name, 'seed': seed}, (each, name, seed))
-                    for each, seed in product(some, range(seeds))
-                ),
+            trials = (
+                (each._asdict() | {'engine': name, 'seed': seed}, (each, name, seed))
+                for each, seed in product(some, range(seeds))
             )
+            return measure(kept, climb, trials)
 
         plane = Plane(climbs(settings, engine))
         checked = {*CHECKED, plane.nearest[:2]}
