@@ -10,12 +10,12 @@ from khr_balance.gaits.key_frames import FEET, KeyFrames, merged, read_key_frame
 from khr_balance.gaits.kinematics import GaitError
 from khr_balance.gaits.plan import (
     ClampedSpline,
-    ConstantPath,
     JointPlan,
     Path,
     Plan,
     RestingPath,
     Sole,
+    constant_path,
 )
 from khr_common.interfaces import SIDES
 
@@ -95,12 +95,10 @@ class _Repetition:
     def path(self, column: str, between: str = 'rest', otherwise: float = 0.0) -> Path:
         """Return the path of a column in the time of the run."""
         keys = self.frames.keys(column)
-        advance = 0.0
-        if self._span and column in ADVANCING and len(keys) > 1:
-            advance = dict(keys)[self._to] - dict(keys)[self._from]
+        advance = self._advance(column) if self._span and column in ADVANCING else 0.0
         played = self._played(keys, advance)
         if len(played) < 2:
-            return ConstantPath(played[0][1] if played else otherwise)
+            return constant_path(played[0][1] if played else otherwise)
         return (RestingPath if between == 'rest' else ClampedSpline)(*zip(*played, strict=True))
 
     def _played(self, keys: Keys, advance: float = 0.0) -> list[tuple[float, float]]:

@@ -8,13 +8,13 @@ from khr_balance.gaits.file_plan import plan_from_file
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.plan import (
     ClampedSpline,
-    ConstantPath,
     JointPlan,
     Keys,
     Path,
     Plan,
     RestingPath,
     Sole,
+    constant_path,
 )
 from khr_common.interfaces import other_side
 
@@ -50,14 +50,14 @@ def _flows(keys: Keys) -> Path:
 
 def _stance(p: GaitParameters, com: float, left_ahead: float, hip_height: float) -> Plan:
     """Stand upright, or crouched with one foot ahead, the guard."""
-    half, flat = p.foot_spread / 2.0, ConstantPath(0.0)
+    half, flat = p.foot_spread / 2.0, constant_path(0.0)
     return Plan(
         duration=p.start_delay + p.end_pause,
         sole={
-            'l': Sole(half, ConstantPath(left_ahead / 2.0), flat, flat),
-            'r': Sole(-half, ConstantPath(-left_ahead / 2.0), flat, flat),
+            'l': Sole(half, constant_path(left_ahead / 2.0), flat, flat),
+            'r': Sole(-half, constant_path(-left_ahead / 2.0), flat, flat),
         },
-        com=(ConstantPath(com), flat),
+        com=(constant_path(com), flat),
         torso_roll=flat,
         torso_pitch=p.torso_pitch,
         hip_height=hip_height,
@@ -79,13 +79,13 @@ def _leg_lift(p: GaitParameters) -> Plan:
         return _rests([(shifted, low), (up, high), *held, (back, low)])
 
     def raised(side: str) -> Path:
-        return lift(0.0, p.lift) if side == p.first_foot[0] else ConstantPath(0.0)
+        return lift(0.0, p.lift) if side == p.first_foot[0] else constant_path(0.0)
 
     return Plan(
         duration=end + p.end_pause,
         sole={
-            'l': Sole(half, ConstantPath(0.0), raised('l'), ConstantPath(0.0)),
-            'r': Sole(-half, ConstantPath(0.0), raised('r'), ConstantPath(0.0)),
+            'l': Sole(half, constant_path(0.0), raised('l'), constant_path(0.0)),
+            'r': Sole(-half, constant_path(0.0), raised('r'), constant_path(0.0)),
         },
         com=(
             lift(p.com_stance, p.lift_com_ahead),
@@ -165,7 +165,7 @@ class _Walk:
             duration=finish + p.end_pause,
             sole=sole,
             com=(_flows(com_x), _flows(self._com_y)),
-            torso_roll=ConstantPath(0.0),
+            torso_roll=constant_path(0.0),
             torso_pitch=p.torso_pitch,
             hip_height=p.hip_height,
             cycles=tuple(

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,33 +20,6 @@ from khr_common.rotation import Array
 SAMPLE, RAISED = 0.005, 0.0005  # s between samples, and m from which on a foot is in the air
 
 Keys = list[tuple[float, float]]
-
-
-class Path(Protocol):
-    """A position over time."""
-
-    @property
-    def keys(self) -> Keys:
-        """Return the times and positions that determine the path."""
-
-    def __call__(self, time: Array, /) -> Array:
-        """Return the positions (N,) at times (N,)."""
-
-
-class ConstantPath:
-    """A path that stays in one place."""
-
-    def __init__(self, place: float) -> None:
-        self._place = place
-
-    @property
-    def keys(self) -> Keys:
-        """Return one key at time 0."""
-        return [(0.0, self._place)]
-
-    def __call__(self, time: Array) -> Array:
-        """Return the place at each of the times (M,)."""
-        return np.full(len(time), self._place)
 
 
 class ClampedSpline:
@@ -120,6 +92,14 @@ class RestingPath:
         u = np.clip((time - self._times[piece]) / span, 0.0, 1.0)
         found: Array = self._places[piece] + way * u**3 * (10.0 + u * (6.0 * u - 15.0))
         return found
+
+
+Path = ClampedSpline | RestingPath
+
+
+def constant_path(place: float) -> Path:
+    """Return a path that stays in one place."""
+    return RestingPath((0.0,), (place,))
 
 
 def _piece(times: Array, time: Array) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from khr_balance.gaits.gait import solve
 from khr_balance.gaits.kinematics import HEEL_X, TOE_X, UnreachableError, leg_angles
-from khr_balance.gaits.plan import ConstantPath, Plan, RestingPath, Sole
+from khr_balance.gaits.plan import Plan, RestingPath, Sole, constant_path
 from khr_balance.recovery.parameters import FORWARD, SIGNS, RecoveryParameters
 from khr_balance.recovery.stance import Stance
 from khr_common.interfaces import JOINT_INDEX, LEG, other_side
@@ -171,12 +171,12 @@ def closing_angles(
     def shift(place: float) -> RestingPath:
         return RestingPath((begin, shifted, down, end), (0.0, place, place, 0.0))
 
-    flat = ConstantPath(0.0)
+    flat = constant_path(0.0)
     tip = RestingPath((begin, shifted, (high + down) / 2.0), (0.0, HEEL_OFF, 0.0))
     plan = Plan(
         duration=end,
         sole={
-            foot: Sole(float(stance.soles[foot][1]), ConstantPath(ahead), flat, flat),
+            foot: Sole(float(stance.soles[foot][1]), constant_path(ahead), flat, flat),
             other: Sole(
                 float(stance.soles[other][1]),
                 RestingPath((shifted, down), (behind, beside)),
