@@ -56,3 +56,11 @@ def test_the_version_of_a_study_does_not_depend_on_its_words():
     told = b'"""A module."""\n\ndef f(x):\n    """Add 1."""\n    return x + 1  # one\n'
     assert study_version.code_of(told) == study_version.code_of(code)
     assert study_version.code_of(code.replace(b'1', b'2')) != study_version.code_of(code)
+
+
+def test_code_without_imports_stays_the_same_when_a_name_moves():
+    here, moved = (f'from {module} import x\ny = x\n'.encode() for module in 'ab')
+    assert study_version.code_of(here) != study_version.code_of(moved)
+    assert study_version.code_of(here, imports=False) == study_version.code_of(
+        moved, imports=False
+    )

@@ -82,10 +82,10 @@ class Journal:
 
 
 def cost_digest() -> str:
-    """Return a digest of the code of the cost, without its comments and docstrings."""
+    """Return a digest of the code of the cost, without its comments, docstrings and imports."""
     digest = hashlib.sha256()
     for module in (objective, rows, trial_robot, loop_response):
-        digest.update(code_of(inspect.getsource(module).encode()))
+        digest.update(code_of(inspect.getsource(module).encode(), imports=False))
     return digest.hexdigest()[:16]
 
 

@@ -25,9 +25,16 @@ def version_of_study(module: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def code_of(source: bytes) -> bytes:
-    """Return the code of a module without comments, docstrings and layout."""
+def code_of(source: bytes, imports: bool = True) -> bytes:
+    """Return the code of a module without comments, docstrings and layout.
+
+    Without its imports, it stays the same when a name moves to another module.
+    """
     tree = ast.parse(source)
+    if not imports:
+        tree.body = [
+            node for node in tree.body if not isinstance(node, ast.Import | ast.ImportFrom)
+        ]
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             node.body = node.body[1:] if ast.get_docstring(node) else node.body
