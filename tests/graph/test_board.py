@@ -11,7 +11,7 @@ import pytest
 from std_srvs.srv import Trigger
 from typer.testing import CliRunner
 
-from khr.cli.verbs.board import board_verbs
+from khr.cli.app import board_verbs
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, JOINTS
 from khr_description.robot import Robot

@@ -10,10 +10,9 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
 
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.launching import prepare_bout
 from khr_bringup.bout.offline import run_bout
-from khr_bringup.graph.launching import ARGUMENTS
 from khr_bringup.graph.run_registry import registered
+from khr_bringup.launching import ARGUMENTS, prepare_bout
 from khr_bringup.node_registry import registry
 from tests.support.in_process import khr_here
 from tests.support.namespaced import python

@@ -6,7 +6,7 @@ from itertools import count
 import pytest
 from typer.testing import CliRunner
 
-from khr.cli.verbs.board import board_verbs
+from khr.cli.app import board_verbs
 from khr_bringup.board_loop import loop_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board

@@ -11,7 +11,7 @@ import pytest
 from rcb4.rcb4interface import RCB4Interface
 from typer.testing import CliRunner
 
-from khr.cli.verbs.board import board_verbs
+from khr.cli.app import board_verbs
 from khr_balance.controllers import ANKLE_CONTROLLER, HIP_CONTROLLER
 from khr_bringup.board_loop import loop_of
 from khr_bringup.offline import run_offline

@@ -13,10 +13,10 @@ from khr_analysis.referee import DRAW, Decision
 from khr_bringup.bout.bout import is_bout, parse_bout
 from khr_bringup.bout.recorded import folder_of_round
 from khr_bringup.bout.result import BoutResult, write_bout
-from khr_bringup.bout.running import robots_of, round_of
 from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.wiring import WIRING, Robots, Wiring
 from khr_bringup.result import NO_HASH, Result, write_outcome
+from khr_bringup.running import robots_of, round_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation, realtime_text

@@ -20,9 +20,8 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from khr_bringup.bout.bout import is_bout
-from khr_bringup.bout.launching import prepare_bout
-from khr_bringup.graph.launching import ARGUMENTS, Launch, check_names, prepare_launch
 from khr_bringup.graph.processes import WELL
+from khr_bringup.launching import ARGUMENTS, Launch, check_names, prepare_bout, prepare_launch
 from khr_common import RunError
 from khr_common.processes import PARENT
 from khr_description.robot import Robot

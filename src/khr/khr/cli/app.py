@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from importlib import metadata
 from pkgutil import resolve_name
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
-
-from khr.cli.help_text import Command, Group
+from typer.core import TyperCommand, TyperGroup
 
 # By name, because the command imports the module of its one verb alone.
 PANELS: dict[str, dict[str, str]] = {
@@ -51,6 +50,26 @@ PANELS: dict[str, dict[str, str]] = {
 }
 
 
+class _WithoutFlagTypes:
+    """Help in which a flag has no type, because it takes no value."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the options, flags without a type."""
+        found: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for each in found:
+            if getattr(each, 'is_flag', False):
+                each.metavar = ''
+        return found
+
+
+class Command(_WithoutFlagTypes, TyperCommand):
+    """A verb."""
+
+
+class Group(_WithoutFlagTypes, TyperGroup):
+    """Verbs."""
+
+
 def _show_version(asked: bool) -> None:
     if asked:
         (distribution, *_) = metadata.packages_distributions()['khr']  # the whole, or a part
@@ -83,7 +102,20 @@ def app(first: str = '') -> typer.Typer:
         function = resolve_name(f'khr.cli.verbs.{verb}')
         made.command(name, cls=Command, rich_help_panel=panel)(function)
     if first not in known:
-        from khr.cli.verbs.board import board_verbs
-
         made.add_typer(board_verbs(), name='board', rich_help_panel='The real robot')
     return made
+
+
+def board_verbs() -> typer.Typer:
+    """Return the verbs of the controller board."""
+    from khr.cli.verbs.board import VERBS
+
+    group = typer.Typer(
+        cls=Group,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        help='Look at a controller board RCB-4HV, or serve a virtual one.',
+    )
+    for verb in VERBS:
+        group.command(verb.__name__, cls=Command)(verb)
+    return group

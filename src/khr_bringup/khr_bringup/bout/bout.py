@@ -95,6 +95,8 @@ class Bout:
             KhrError: if a text is not of that form, or a value is not accepted.
         """
         given = list(texts)
+        if not given:
+            return self
         rules: dict[str, Any] = {}
         own: dict[str, list[str]] = {name: [] for name in ROBOTS}
         for text in given:

@@ -138,11 +138,11 @@ class Robots:
             found += [self._in(robot, topic) for robot in self.scenarios]
         return list(dict.fromkeys(found))
 
-    def recorded(self, record: bool = True) -> list[Topic]:
+    def recorded(self) -> list[Topic]:
         """Return the topics to record, without those of a driver."""
         published = [
             topic
-            for member in self.members(record)
+            for member in self.members(record=True)
             if not spec_of(member.node).drives
             for topic in self.publishes(member)
         ]

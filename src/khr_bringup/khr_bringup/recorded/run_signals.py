@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from math import atan2
 from pathlib import Path
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.balance import BalanceSeries
+from khr_bringup.changes import Change
+from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
@@ -23,6 +25,7 @@ from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
     from khr_bringup.offline import ControlLoop, Watch
+
 
 Array = NDArray[np.float64]
 IN_RADIANS = (
@@ -233,7 +236,6 @@ class Series:
 def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Result, Series]:
     """Run a scenario offline and keep its signals; ``also`` is called at each sample."""
     from khr_bringup.offline import run_offline  # a bag is read without gait and physics
-    from khr_bringup.recorded.constant_part import constant_parts
 
     rows: list[tuple[Any, ...]] = []
 
@@ -274,3 +276,46 @@ def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Resu
 def pitch_of(x: float, y: float, z: float, w: float) -> float:
     """Return the pitch, rad, of a frame given by its quaternion."""
     return atan2(2.0 * (x * z + y * w), 1.0 - 2.0 * (x * x + y * y))
+
+
+def constant_part(node: str, table: Any, time: float, stage: Sequence[float] = ()) -> float:
+    """Return the constant part of a correction, rad.
+
+    Args:
+        node: the controller.
+        table: its parameters; a controller of another package may have no constant part.
+        time: s.
+        stage: the last sample of the topic ``stage``, if there is one.
+    """
+    if not hasattr(table, 'constant'):
+        return 0.0
+    share = 1.0
+    if table.staged and len(stage) == len(STAGE.names):
+        share = stage[STAGE.names.index(node)]
+    return float(share * table.constant(time))
+
+
+def constant_parts(
+    scenario: Scenario, changes: Iterable[Change], times: Array, stages: Array
+) -> Array:
+    """Return the constant parts of the corrections of a run, rad, (N, number of controllers).
+
+    Args:
+        scenario: as it began.
+        changes: of parameters while it ran.
+        times: s, (N,).
+        stages: samples of the topic ``stage`` at these times, (N, any).
+    """
+    nodes = [node for node in controllers() if node in scenario.nodes]
+    found = np.zeros((len(times), len(nodes)))
+    pending = sorted(changes, key=lambda change: change.time)
+    tables = [scenario.table(table_of(node)) for node in nodes]
+    for row, time in enumerate(times.tolist()):
+        while pending and pending[0].time < time:
+            change = pending.pop(0)
+            scenario = scenario.changed({(change.node, change.parameter): change.value})
+            tables = [scenario.table(table_of(node)) for node in nodes]
+        stage = stages[row].tolist()
+        for column, (node, table) in enumerate(zip(nodes, tables, strict=True)):
+            found[row, column] = constant_part(node, table, time, stage)
+    return found

@@ -13,8 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import Balance, BalanceModel
 from khr_bringup.changes import Change
-from khr_bringup.recorded.constant_part import constant_parts
-from khr_bringup.recorded.run_signals import pitch_of
+from khr_bringup.recorded.run_signals import constant_parts, pitch_of
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario

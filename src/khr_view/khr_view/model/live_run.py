@@ -10,8 +10,8 @@ from typing import Any
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.node_registry import controllers, table_of
-from khr_bringup.recorded.constant_part import constant_part
 from khr_bringup.recorded.events import Event, timed_pushes
+from khr_bringup.recorded.run_signals import constant_part
 from khr_common import build, specifications
 from khr_sim.run_parameters import GAIT
 from khr_view.charts.traces import Ghost, Traces

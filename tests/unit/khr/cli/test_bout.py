@@ -3,7 +3,7 @@
 from contextlib import nullcontext
 from types import SimpleNamespace as Made
 
-from khr.cli import bout as verb
+from khr.cli.verbs import bouts as verb
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.graph.graph import RunOptions
 from khr_view import viewing

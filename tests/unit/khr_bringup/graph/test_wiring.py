@@ -6,9 +6,9 @@ import pytest
 import yaml
 
 from khr_bringup.bout.bout import load_bout
-from khr_bringup.bout.running import robots_of
 from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import registry
+from khr_bringup.running import robots_of
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common import build, specifications

@@ -15,7 +15,6 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from khr.cli.help_text import Command, Group
 from khr.cli.verbs.live import RunningDomainOption
 from khr.cli.verbs.options import NeededScenario, SetOption
 from khr_bringup.scenario import scenario as scenarios
@@ -40,19 +39,6 @@ MapOption = Annotated[
     ),
 ]
 BaudOption = Annotated[int, typer.Option(help='Baud rate; 0 tries 115200, 625000 and 1250000.')]
-
-
-def board_verbs() -> typer.Typer:
-    """Return the group of verbs."""
-    group = typer.Typer(
-        cls=Group,
-        no_args_is_help=True,
-        pretty_exceptions_enable=False,
-        help='Look at a controller board RCB-4HV, or serve a virtual one.',
-    )
-    for verb in (probe, pose, hold, free, start, deploy, serve):
-        group.command(verb.__name__, cls=Command)(verb)
-    return group
 
 
 def probe(
@@ -269,6 +255,9 @@ def serve(
     print(f'{robot.outcome.verdict} after {robot.time:.3f} s on the ground')
     print(f'distance {robot.outcome.distance:.3f} m')
     print(f'trajectory hash {robot.trajectory_hash}')
+
+
+VERBS = (probe, pose, hold, free, start, deploy, serve)
 
 
 def _watch(client: Client, joint_map: JointMap) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from shlex import join
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -235,3 +236,24 @@ def refuse_with_ros2(
             raise KhrError(
                 f'{option}: not with --print-ros2: its command {reason}; accepted: one of them'
             )
+
+
+def ros2_command(scenario: str, settings: Iterable[str], arguments: Mapping[str, str]) -> str:
+    """Return the command of ROS 2 that starts the same graph, quoted for a shell.
+
+    Args:
+        scenario: its name or file.
+        settings: changes of parameters, as ``node.parameter=value``; the last of each counts.
+        arguments: of the launch file, by name; empty ones are left out.
+    """
+    stated = {'set': ','.join(settings), **arguments}
+    words = [
+        f'scenario:={scenario}',
+        *(f'{name}:={value}' for name, value in stated.items() if value),
+    ]
+    return join(('ros2', 'launch', 'khr_bringup', 'balance.launch.py', *words))
+
+
+def settings_text(changes: Mapping[tuple[str, str], Any]) -> list[str]:
+    """Return changes by node and parameter as ``node.parameter=value``."""
+    return [f'{node}.{key}={value}' for (node, key), value in changes.items()]

@@ -28,10 +28,12 @@ from khr.cli.verbs.options import (
     recording_named,
     refuse_offline,
     refuse_with_ros2,
+    ros2_command,
     settings_of,
+    settings_text,
     warn_of_switched_off,
 )
-from khr_bringup.graph.launching import parameters_of_driver, with_driver
+from khr_bringup.launching import parameters_of_driver, with_driver
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import MEANING
 from khr_bringup.scenario.robots import missing_constants, on_robot
@@ -113,8 +115,6 @@ def start_run(
     chosen = on_robot(loaded, robot).set_to(settings, changes)
     chosen = with_driver(chosen, driver, board, '--')
     if print_ros2:
-        from khr.cli.ros2_command import ros2_command, settings_text
-
         refuse_with_ros2(offline, one_process, domain, network, view)
         constants = missing_constants(loaded, robot) if robot else {}
         arguments = {
@@ -187,15 +187,14 @@ def view(
     namespace: NamespaceOption = '',
 ) -> None:
     """Run a scenario or bout, or play back a recorded run, in a browser, until Ctrl-C."""
-    from khr.cli.bout import view_bout
-    from khr.cli.run import Options, view_scenario
-    from khr.cli.summary import print_line
+    from khr.cli.run import Options, print_line, view_scenario
+    from khr.cli.verbs.bouts import view_bout
     from khr_bringup.bout.bout import is_bout, load_bout
     from khr_bringup.graph.graph import RunOptions
     from khr_bringup.recorded.storage import is_recording
     from khr_view.viewing import Viewing
 
-    source = str(recording_named(source))
+    source, page = str(recording_named(source)), Viewing(host, port, browser, again)
     if against is not None or Path(source).is_dir() or is_recording(Path(source)):
         for option, stated in (
             ('--ka', ka is not None),
@@ -215,24 +214,21 @@ def view(
 
         both = [Path(source), *([recording_named(str(against))] if against else [])]
         report = partial(print_line, Console(stderr=True))
-        raise typer.Exit(play(both, Viewing(host, port, browser, again), report, namespace))
+        raise typer.Exit(play(both, page, report, namespace))
     if namespace:
         raise KhrError(f'--namespace: {source} is no recording; accepted: one of several robots')
+    settings = settings_of(set_, engine, ka, kh)
     if is_bout(source):
         for option, given in (('--duration', duration), ('--robot', robot)):
             if given:
                 raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: --set')
-        settings = settings_of(set_, engine, ka, kh)
-        bout = load_bout(source)
-        bout = bout.set_to(settings) if settings else bout
+        bout = load_bout(source).set_to(settings)
         paced = replace(bout.set_to([f'simulator.pace={pace!r}']), title=bout.title)
         way = RunOptions(one_process=True, record=record, domain=domain)
-        page = Viewing(host, port, browser, again)
         raise typer.Exit(view_bout(paced, way, out, page))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
-    options = Options(way, out=out, view=Viewing(host, port, browser, again))
-    settings = settings_of(set_, engine, ka, kh)
+    options = Options(way, out=out, view=page)
     chosen = on_robot(scenarios.load_scenario(source, 'run or scenario'), robot)
     chosen = chosen.set_to(settings, changes)
     warn_of_switched_off(chosen, settings)

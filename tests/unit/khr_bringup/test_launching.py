@@ -5,7 +5,7 @@ import re
 import pytest
 import yaml
 
-from khr_bringup.graph.launching import ARGUMENTS, check_names, prepare_launch
+from khr_bringup.launching import ARGUMENTS, check_names, prepare_bout, prepare_launch
 from khr_common.errors import KhrError
 from tests.support.drivers import PENDULUM, install_example
 
@@ -100,3 +100,32 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
     assert launch.wiring.values['board']['answers'] == ['gait']
     with pytest.raises(KhrError, match='board: not with driver'):
         prepare_launch({**DEFAULTS, **given, 'driver': PENDULUM})
+
+
+BOUT = {**DEFAULTS, 'scenario': 'shove'}
+
+
+def test_the_nodes_of_each_robot_are_in_its_namespace_and_share_the_clock(tmp_path):
+    changes = 'blue.gait.motion=guard,referee.time_limit=5.0'
+    launch = prepare_bout({**BOUT, 'seed': '7', 'set': changes, 'out': str(tmp_path / 'run')})
+    assert ('khr_sim', 'simulator', '') in launch.nodes
+    assert {('khr_sim', 'gyro', robot) for robot in ('red', 'blue')} <= set(launch.nodes)
+    assert ('clock', '/clock') in launch.remappings
+    assert all(file.exists() for file in (*launch.parameters, launch.folder / 'scenario.yaml'))
+    text = (launch.folder / 'scenario.yaml').read_text()
+    assert 'motion: guard' in text and 'time_limit: 5.0' in text and 'seed: 7' in text
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'says'),
+    [
+        ('namespace', 'a', "namespace: 'a' is not accepted of a bout"),
+        ('driver', 'a/b', 'of a bout'),
+        ('set', 'referee.rounds=3', 'a launch is one round; accepted: 1, or khr bout'),
+        ('set', 'referee.round=3', 'did you mean rounds?'),
+    ],
+)
+def test_a_mistake_in_a_bout_is_one_line_and_leaves_no_folder(tmp_path, name, value, says):
+    with pytest.raises(KhrError, match=re.escape(says)):
+        prepare_bout({**BOUT, name: value, 'out': str(tmp_path / 'run')})
+    assert not (tmp_path / 'run').exists()

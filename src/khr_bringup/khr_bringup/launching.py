@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
 
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.recorded import folder_of_round, write_scenario
 from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import spec_of
 from khr_bringup.run_folder import SCENARIO, claim
+from khr_bringup.running import robots_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation
@@ -42,6 +45,8 @@ ARGUMENTS = {
 SIMILAR = 0.8  # of 1: a name that differs by a letter or two
 # Arguments that stand for a parameter of the simulator.
 SHORT = ('duration', 'sync', 'realtime_factor', 'seed')
+# Arguments of the launch file that have no meaning for a bout.
+OF_A_SCENARIO = ('duration', 'driver', 'board', 'driver_params', 'expect', 'namespace')
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class Launch:
     wiring: Wiring  # of the run
     folder: Path  # of the run
     parameters: tuple[Path, ...]  # the parameter files of all nodes
-    nodes: tuple[tuple[str, str, str], ...]  # package, name and robot of each
+    record: bool  # whether a recorder takes part
     rviz: bool  # whether to show the robot
     verdict: tuple[str, ...]  # the executable that waits for the end, and its arguments
     driver_parameters: Path | None = None  # a parameter file for the driver, if one is given
@@ -62,6 +67,14 @@ class Launch:
     def scenario(self) -> Scenario:
         """Return the scenario of the run, of a bout that of its first robot."""
         return self.robots.first
+
+    @property
+    def nodes(self) -> list[tuple[str, str, str]]:
+        """Return package, name and robot of each node."""
+        return [
+            (spec_of(each.node).package, each.node, each.robot)
+            for each in self.robots.members(self.record)
+        ]
 
     @property
     def remappings(self) -> list[tuple[str, str]]:
@@ -99,23 +112,40 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
         *(*expected, *driven),
     )
     return Launch(
-        scenario.name,
-        robots,
-        wiring,
-        folder,
-        parameters,
-        nodes_of(robots, record),
-        rviz,
-        verdict,
-        driver_parameters,
+        scenario.name, robots, wiring, folder, parameters, record, rviz, verdict, driver_parameters
     )
 
 
-def nodes_of(robots: Robots, record: bool) -> tuple[tuple[str, str, str], ...]:
-    """Return package, name and robot of each node."""
-    return tuple(
-        (spec_of(each.node).package, each.node, each.robot) for each in robots.members(record)
+def prepare_bout(given: Mapping[str, str], joints: bool = True) -> Launch:
+    """Claim the folder of a bout that is launched, and write the parameter files of its round.
+
+    Args:
+        given: the launch file's arguments.
+        joints: whether the nodes ``transforms`` are to publish the joints' frames.
+    """
+    record, rviz = (switch(name, given[name]) for name in ('record', 'rviz'))
+    for name in OF_A_SCENARIO:
+        if given[name]:
+            raise KhrError(f'{name}: {given[name]!r} is not accepted of a bout; accepted: nothing')
+    short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]
+    changes = [*split_changes(given['set']), *short]
+    bout = load_bout(given['scenario']).set_to(changes)
+    if bout.rules.rounds > 1:
+        raise KhrError(
+            f'referee.rounds: {bout.rules.rounds} is not accepted: a launch is one round; '
+            'accepted: 1, or khr bout'
+        )
+    folder = claim(Path(given['out'] or mkdtemp(prefix=f'{bout.name}-')).absolute(), 'out')
+    write_scenario(bout, folder)
+    own, robots = folder_of_round(folder, 0), robots_of(bout, 0)
+    own.mkdir(mode=0o700)
+    wiring = Wiring.derive(
+        robots, own, record, joint_frames=joints, scenario_file=folder / SCENARIO
     )
+    parameters = own / robots.file, wiring.write(own)
+    write_text(parameters[0], robots.text)
+    verdict = ('verdict', str(folder / SCENARIO), '--name', bout.name)
+    return Launch(bout.name, robots, wiring, folder, parameters, record, rviz, verdict)
 
 
 def with_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:
