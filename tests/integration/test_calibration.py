@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from khr_studies.calibration.journal import CANDIDATE, Journal
+from khr_studies.calibration.search import CANDIDATE, Journal
 from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_sweeps.results.store import read_store
 from tests.support.runs import KHR

@@ -12,7 +12,7 @@ from khr_common.interfaces import RECOVERY_STATE
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_studies.push.study import START, PushCondition, falls
-from khr_studies.recovery.pushes import Case, push_once, push_walk
+from khr_studies.recovery.study import Case, push_once, push_walk
 
 ENGINES = ('mujoco', 'bullet')
 ENABLED = (('recovery', 'enabled'), True)

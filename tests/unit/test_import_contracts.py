@@ -15,8 +15,8 @@ from tests import ROOT
 WRONG = {
     'Packages import downwards': ('khr_description.robot', 'import khr_bringup.offline'),
     'Studies do not import one another, but those that are made of them': (
-        'khr_studies.tuning.gain_axes',
-        'import khr_studies.push.model',
+        'khr_studies.tuning.study',
+        'import khr_studies.push.motions',
     ),
     'What measures neither draws nor renders': (
         'khr_studies.engines.study',

@@ -40,7 +40,7 @@ def test_a_study_has_another_version_if_code_of_its_jobs_changes(monkeypatch):
     study, versions = 'khr_studies.recovery.study', set()
     of_jobs = (
         'khr_studies.push.study',
-        'khr_studies.recovery.pushes',
+        'khr_studies.recovery.study',
         'khr_studies.measuring.condition',
     )
     sources = imported_by(study)

@@ -25,10 +25,9 @@ from khr_studies.calibration.ensemble import (
     pareto_set,
     rows_in_conflict,
 )
-from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import CalibrationPlan
-from khr_studies.calibration.search import Measurement, Search, run_search
+from khr_studies.calibration.search import Journal, Measurement, Search, ranked, run_search
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
 

@@ -18,8 +18,8 @@ from khr_models.standing.push import DIRECTIONS
 from khr_models.standing.push import largest_push as largest_of_model
 from khr_sim.physics import engines
 from khr_studies.measuring.condition import Changes, stiffer_pid, with_engine
-from khr_studies.push.model import BODIES, model_loop, model_push
 from khr_studies.push.motions import (
+    BODIES,
     JUST_ABOVE,
     JUST_BELOW,
     LOOP,
@@ -27,6 +27,8 @@ from khr_studies.push.motions import (
     SLOPES,
     RobotAndModel,
     largest_with_circuit,
+    model_loop,
+    model_push,
     near_limit,
 )
 from khr_studies.push.study import GYROS, WATCH, PushCondition, largest_push, push_robot, stance

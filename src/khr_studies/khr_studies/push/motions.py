@@ -1,31 +1,54 @@
-"""Measure the motions of robot and models for the figures of pushes."""
+"""The model of chapter 4 under the same pushes as the robot, and the motions of both for figures.
+
+The model's body is the thesis's pendulum and servo, or a pendulum with the robot's mass, height,
+sole and stance on a servo with the compliance of its legs. Nothing is fitted.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from khr_bringup.recorded.run_signals import run_with_series
+from khr_description.robot import JOINTS
 from khr_models.checks import FORMS, Form
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.servo.servo_loop import gain_of_board
+from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import (
     DIRECTIONS,
     Direction,
     ForcePulse,
-    Gyro,
     PushLoop,
+    largest_push,
     simulate_push,
     tipping_force,
 )
-from khr_models.standing.push import largest_push as largest_of_model
+from khr_models.standing.push import Gyro as GyroModel
+from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import engines
+from khr_sim.run_parameters import RunParameters
+from khr_sim.sensors import Gyro, GyroParameters
+from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 from khr_studies.measuring.condition import with_engine
-from khr_studies.push.model import model_gyro, model_loop, model_push
-from khr_studies.push.study import GYROS, START, PushCondition, PushedBody, push_robot, stance
+from khr_studies.push.study import (
+    COMPLIANT,
+    GYROS,
+    START,
+    WATCH,
+    PushCondition,
+    PushedBody,
+    Stance,
+    push_robot,
+    stance,
+)
 
+Body = Literal['thesis', 'robot']
+BODIES: tuple[Body, ...] = ('robot', 'thesis')
 LOOP = PushLoop()  # of the thesis's model
 CONTROL = 12.0  # K_A, the thesis's
 LASTING = 1.0  # s, longer than the robot takes to fall
@@ -37,6 +60,60 @@ WATCHED = 2.0  # s, of pushes of 0.1 s
 PUSHED = 0.5  # s, a longer push, at which control matters most
 WATCHED_LONG = 1.6  # s, of pushes of PUSHED
 CONTROLLED = (12.0, 18.0)  # K_A, of pushes of PUSHED
+
+
+def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
+    """Return a servo at the ground with the compliance of both legs.
+
+    Under a horizontal force on the centre of mass each joint turns by force * lever / stiffness and
+    moves the mass by its lever. The damping comes from back-EMF and the derivative term of the
+    ankles. There is no friction.
+    """
+    compliant = [JOINTS.index(name) for name in COMPLIANT]
+    servo = position_loop(parameters)
+    springs = 2.0 / (
+        1.0 / servo.stiffness[compliant] + 1.0 / gear_stiffness(parameters)[compliant]
+    )
+    levers = np.array(own.levers) / own.pendulum.length
+    braking = BACK_EMF + float(servo.derivative[compliant[0]])
+    return Pid(
+        1.0 / float(np.sum(levers**2 / springs)), 0.0, 2.0 * braking / float(levers[0]) ** 2
+    )
+
+
+def model_loop(condition: PushCondition, form: Form, body: Body) -> PushLoop:
+    """Return the loop of the model under a condition, with the thesis's body or the robot's."""
+    loop = PushLoop(gain=gain_of_board(condition.gain), form=form)
+    if body == 'thesis':
+        return loop
+    base = condition.base()
+    own = stance(base)
+    lean = math.asin(own.ahead / own.pendulum.length) if form == 'physical' else 0.0
+    return replace(
+        loop,
+        pendulum=own.pendulum,
+        pid=legs(own, base.table(RunParameters)),
+        initial_lean=lean,  # an ankle moves the mass by its own lever only
+        gain=loop.gain * own.levers[0] / own.pendulum.length,
+    )
+
+
+def model_gyro(condition: PushCondition) -> GyroModel:
+    """Make a gyro for the model: the robot's own, turned about y only."""
+    gyro = Gyro(condition.base().table(GyroParameters))
+    return lambda rate: gyro.update((0.0, rate, 0.0))[1]
+
+
+@functools.cache
+def model_push(condition: PushCondition, form: Form, body: Body) -> float:
+    """Return the largest push that the model survives, N."""
+    return largest_push(
+        model_loop(condition, form, body),
+        duration=condition.duration,
+        direction=condition.direction,
+        gyro=lambda: model_gyro(condition),
+        watch=WATCH,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +135,7 @@ class RobotAndModel:
     model: list[PushedBody]
 
 
-def circuit() -> Gyro:
+def circuit() -> GyroModel:
     """Return the gyro circuit, averaged over its carrier, at the board's period."""
     return Baseband(LOOP.period).update
 
@@ -194,9 +271,7 @@ def _limits(loop: PushLoop, direction: Direction) -> tuple[float, float]:
 
 def largest_with_circuit(loop: PushLoop, duration: float, direction: Direction) -> float:
     """Return the largest push that a model with the gyro circuit survives, N."""
-    return largest_of_model(
-        loop, duration=duration, direction=direction, gyro=circuit, watch=WATCHED
-    )
+    return largest_push(loop, duration=duration, direction=direction, gyro=circuit, watch=WATCHED)
 
 
 def _push_model(

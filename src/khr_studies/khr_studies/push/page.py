@@ -27,7 +27,7 @@ from khr_studies.push.limits import (
     momentum,
     push_table,
 )
-from khr_studies.push.model import legs
+from khr_studies.push.motions import legs
 from khr_studies.push.study import stance
 from khr_sweeps.trial import Row
 

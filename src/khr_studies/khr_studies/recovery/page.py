@@ -14,8 +14,7 @@ from khr_studies.measuring.run_table import write_table
 from khr_studies.push.study import SOURCES
 from khr_studies.recovery import study
 from khr_studies.recovery.figure import polar_figure
-from khr_studies.recovery.pushes import CASES, GAIN, Case
-from khr_studies.recovery.study import WALK_GOAL, bounds, held
+from khr_studies.recovery.study import CASES, GAIN, WALK_GOAL, Case, bounds, held
 from khr_sweeps.trial import Row
 
 

@@ -24,7 +24,7 @@ from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import measure
 from khr_studies.push.study import START, PushCondition
-from khr_studies.recovery.pushes import CASES, WATCH, limit_of_ankles, push_once
+from khr_studies.recovery.study import CASES, WATCH, limit_of_ankles, push_once
 from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import WIDTH, head, styled
-from khr_studies.tuning.gain_axes import GainAxis
-from khr_studies.tuning.study import Tuning
+from khr_studies.tuning.study import GainAxis, Tuning
 
 
 def front_picture(answer: Tuning) -> Figure:

@@ -20,12 +20,19 @@ from khr_studies.calibration.ensemble import (
     pareto_set,
     worst_miss,
 )
-from khr_studies.calibration.journal import Journal, cost_digest, physics_digest
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.rows import WantedSupport
-from khr_studies.calibration.search import Measurement, Proposals, Search, run_search
+from khr_studies.calibration.search import (
+    Journal,
+    Measurement,
+    Proposals,
+    Search,
+    cost_digest,
+    physics_digest,
+    run_search,
+)
 from khr_studies.calibration.study import Calibration, calibration_of, confirm, measure_shipped
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json

@@ -13,7 +13,7 @@ from khr_sim.servo import BACK_EMF
 from khr_studies.push import limits as push_limits
 from khr_studies.push import page as push_page
 from khr_studies.push import study as push_recovery
-from khr_studies.push.model import legs
+from khr_studies.push.motions import legs
 from khr_studies.push.study import GYROS, START, PushCondition, bracket, push_robot, stance
 from tests import ROOT
 from tests.support.mechanics import PLAIN_SERVOS

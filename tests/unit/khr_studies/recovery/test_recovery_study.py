@@ -7,8 +7,7 @@ import pytest
 
 from khr_studies.measuring.run_table import read_table
 from khr_studies.recovery.page import page, pushes_held
-from khr_studies.recovery.pushes import CASES, push_once
-from khr_studies.recovery.study import bounds, held
+from khr_studies.recovery.study import CASES, bounds, held, push_once
 
 DOCS = Path(__file__).parents[4] / 'docs'
 

@@ -21,8 +21,17 @@ from khr_studies.measuring.run_table import run_table
 from khr_studies.tuning import page as tune_page
 from khr_studies.tuning import study
 from khr_studies.tuning.figure import front_picture
-from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, parameter_changes
-from khr_studies.tuning.study import MERITS, Question, Tuning, places, summarise, tune
+from khr_studies.tuning.study import (
+    GAINS,
+    MERITS,
+    PLACEMENT,
+    Question,
+    Tuning,
+    parameter_changes,
+    places,
+    summarise,
+    tune,
+)
 from khr_sweeps.trial import Row
 from tests.fakes.jobs import HerePool
 
