@@ -18,6 +18,8 @@ Array = npt.NDArray[np.float64]
 Form = Literal['published', 'physical']
 FORMS: tuple[Form, ...] = ('published', 'physical')
 RIGHT_ANGLE = math.pi / 2.0
+Derivative = Callable[[float, Array], Sequence[float]]
+TOLERANCE = 1e-12
 
 
 def inclination_within(inclination: npt.ArrayLike) -> None:
@@ -47,10 +49,6 @@ def time_grid(duration: float, step: float) -> Array:
         raise KhrError(f'step: {step!r} is not accepted; accepted: (0, {duration:g}]')
     count = math.floor(duration / step * (1.0 + 1e-12)) + 1
     return step * np.arange(count, dtype=np.float64)
-
-
-Derivative = Callable[[float, Array], Sequence[float]]
-TOLERANCE = 1e-12
 
 
 def integrate(derivative: Derivative, initial: Sequence[float], times: Array) -> Array:

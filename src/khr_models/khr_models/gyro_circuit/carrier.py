@@ -20,6 +20,8 @@ from khr_common.errors import KhrError
 from khr_models.gyro_circuit.circuit import BOLTZMANN, KRG4, Circuit, Resonator
 
 Array = NDArray[np.float64]
+STEPS_PER_CYCLE = 16
+SETTLING = 20.0  # time constants: the rest is 2e-9
 
 
 def move(
@@ -93,10 +95,6 @@ def hold_tone(pole: complex, step: float, tone: float) -> tuple[complex, list[co
     backward = (1.0 - decay * turn) / (-1j * tone - pole)
     previous = (forward - backward) / (1.0 / turn - turn)
     return decay, [forward - previous / turn, previous]
-
-
-STEPS_PER_CYCLE = 16
-SETTLING = 20.0  # time constants: the rest is 2e-9
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from typing import Any
 from khr_common.checks import between, positive
 from khr_common.published import GYRO_SENSITIVITY
 
+BOLTZMANN = 1.380649e-23  # J/K
+PACKAGED_SENSITIVITY = math.degrees(GYRO_SENSITIVITY)  # V per rad/s, measured
+
 
 @dataclass(frozen=True)
 class Resonator:
@@ -50,10 +53,6 @@ class Resonator:
     def response(self, s: complex) -> complex:
         """Return displacement over force at the complex frequency ``s`` (rad/s), m/N."""
         return 1.0 / (self.mass * s * s + self.damping * s + self.stiffness)
-
-
-BOLTZMANN = 1.380649e-23  # J/K
-PACKAGED_SENSITIVITY = math.degrees(GYRO_SENSITIVITY)  # V per rad/s, measured
 
 
 def _constant(default: float, description: str, unit: str, source: str = 'Table III') -> Any:

@@ -15,6 +15,9 @@ from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY, TABLE_II
 
 POWER_UP = 0.03  # s, not compared: the drive starts only in the full model
 DURATION = 0.4  # s
+ROOM_TEMPERATURE = 300.0  # K
+FREQUENCIES = (0.0, 1.0, 5.0, 20.0, 50.0)  # Hz
+CONTROL_PERIOD, PHYSICS_STEP = 0.015, 0.001  # s
 
 
 def disagreement(
@@ -52,11 +55,6 @@ def disagreement(
     baseband = Baseband(sample_period, circuit)
     quick = np.array([baseband.update(rate) for rate in mean.tolist()])
     return float(np.abs(quick - full)[ends > POWER_UP].max())
-
-
-ROOM_TEMPERATURE = 300.0  # K
-FREQUENCIES = (0.0, 1.0, 5.0, 20.0, 50.0)  # Hz
-CONTROL_PERIOD, PHYSICS_STEP = 0.015, 0.001  # s
 
 
 def figures() -> str:

@@ -37,6 +37,9 @@ from khr_models.standing.ankle_servo import Pid
 
 State = tuple[float, ...]
 RUNGE_KUTTA_REACH = 2.785  # |eigenvalue * step| up to which the fourth order is stable
+Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
+Direction = Literal['behind', 'front']
+DIRECTIONS: tuple[Direction, ...] = ('behind', 'front')
 
 
 @dataclass(frozen=True)
@@ -250,11 +253,6 @@ class Physical(Model):
         lean, rate, _ = self._state
         reach = self._loop.pendulum.length * math.sin(lean + self._slope)
         return reach - self._toe, rate, self._lean - lean
-
-
-Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
-Direction = Literal['behind', 'front']
-DIRECTIONS: tuple[Direction, ...] = ('behind', 'front')
 
 
 def ideal_gyro(rate: float) -> float:

@@ -42,6 +42,23 @@ Color = tuple[int, int, int]
 Pen = ImageDraw.ImageDraw
 Box = tuple[float, float, float, float]
 Swings = Mapping[str, Sequence[tuple[float, float]]]  # of the feet, s, by side
+TRACE = (20, 60, 140)
+VERDICTS = {
+    'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
+}  # fmt: skip
+FORCES = (('left toe', LEFT), ('left heel', LEFT), ('right toe', RIGHT), ('right heel', RIGHT))
+# that a GIF must not blend
+COLORS = (INK, PAPER, TRACE, LEFT, RIGHT, MASS, PRESSURE, *VERDICTS.values())
+HEIGHT = 720  # px, of a picture in which sizes below hold
+MARGIN, LARGE, PANEL = 18, 30, 112
+WIDE = 300  # px, of the panel of the corrections
+ABOVE = (180, 160)  # px, of the view from above
+FULL_FORCE = 20.0  # N; the robot weighs 15
+FULL_RATE = 60.0  # deg/s
+FULL_PLACE = 120.0  # mm
+LEAST = 5.0  # deg, of the scale of the corrections
+LEVEL = 0.3  # of the width, length of the level line
+FLAT = radians(0.05)  # an inclination that is not drawn
 
 
 @dataclass(frozen=True)
@@ -134,25 +151,6 @@ def draw_from_above(brush: Brush, box: Box, balance: Balance, inclination: float
             brush.point(*inside, color)
     at = left + 8 * brush.scale, top + 4 * brush.scale
     brush.pen.text(at, 'from above', FAINT, brush.font)
-
-
-TRACE = (20, 60, 140)
-VERDICTS = {
-    'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
-}  # fmt: skip
-FORCES = (('left toe', LEFT), ('left heel', LEFT), ('right toe', RIGHT), ('right heel', RIGHT))
-# that a GIF must not blend
-COLORS = (INK, PAPER, TRACE, LEFT, RIGHT, MASS, PRESSURE, *VERDICTS.values())
-HEIGHT = 720  # px, of a picture in which sizes below hold
-MARGIN, LARGE, PANEL = 18, 30, 112
-WIDE = 300  # px, of the panel of the corrections
-ABOVE = (180, 160)  # px, of the view from above
-FULL_FORCE = 20.0  # N; the robot weighs 15
-FULL_RATE = 60.0  # deg/s
-FULL_PLACE = 120.0  # mm
-LEAST = 5.0  # deg, of the scale of the corrections
-LEVEL = 0.3  # of the width, length of the level line
-FLAT = radians(0.05)  # an inclination that is not drawn
 
 
 class Overlay:

@@ -37,6 +37,10 @@ from khr_sim.run_parameters import RunParameters
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 SHADE = 0.8  # of the light that is left
+POSES = (*OBSERVED, JOINT_STATES, TRUE_INCLINATION, GYRO, STAGE, *controllers().values())
+SCENARIO_FILES = ('.yaml', '.yml')
+HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
+AHEAD = 0.02  # m, of the feet
 
 
 class Shadow:
@@ -85,12 +89,6 @@ class Shadow:
                 pen.polygon([tuple(box[corner]) for corner in face], 255)
         dark = picture.point(lambda value: round(value * SHADE))
         picture.paste(dark, (0, 0), ImageChops.logical_and(shadow.convert('1'), slope))
-
-
-POSES = (*OBSERVED, JOINT_STATES, TRUE_INCLINATION, GYRO, STAGE, *controllers().values())
-SCENARIO_FILES = ('.yaml', '.yml')
-HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
-AHEAD = 0.02  # m, of the feet
 
 
 @dataclass(frozen=True)

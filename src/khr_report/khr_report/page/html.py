@@ -17,6 +17,14 @@ from markupsafe import Markup
 
 from khr_common.files import write_text
 
+VERDICT_CLASSES = {  # of a table's cell, by its text
+    'pass': 'pass',
+    '**miss**': 'miss',
+    'undecided': 'none',
+    'no number published': 'none',
+}
+_parser = MarkdownIt('commonmark', {'html': False}).enable('table')
+
 
 @dataclass(frozen=True)
 class Section:
@@ -64,15 +72,6 @@ def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]
 def data_uri(content: bytes, kind: str) -> str:
     """Return content as a data URI."""
     return f'data:{kind};base64,{base64.b64encode(content).decode()}'
-
-
-VERDICT_CLASSES = {  # of a table's cell, by its text
-    'pass': 'pass',
-    '**miss**': 'miss',
-    'undecided': 'none',
-    'no number published': 'none',
-}
-_parser = MarkdownIt('commonmark', {'html': False}).enable('table')
 
 
 def markdown_html(text: str) -> Markup:

@@ -52,6 +52,12 @@ UNDATED: dict[str, dict[str, Any]] = {  # metadata without which a picture has n
     'svg': {'Date': None, 'Creator': None},
 }
 LINE, NOTE_LINE = 80, 115  # characters of a line of the heading, and of the notes
+COLUMN_WIDTHS = {1: 3.5, 2: 7.16}  # inches, of an IEEE page
+PANEL_HEIGHT = 1.9  # inches, in one column
+LABEL_CHARACTERS = 26  # of a line of the vertical axis in one column
+VECTOR = ('.pdf', '.svg')
+PICTURES = ('.png', *VECTOR)
+POINT_COLUMNS = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
 
 
 class NotebookFigure(Figure):
@@ -214,13 +220,6 @@ def legend_below(axis: Axes, columns: int) -> None:
     axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)
 
 
-COLUMN_WIDTHS = {1: 3.5, 2: 7.16}  # inches, of an IEEE page
-PANEL_HEIGHT = 1.9  # inches, in one column
-LABEL_CHARACTERS = 26  # of a line of the vertical axis in one column
-VECTOR = ('.pdf', '.svg')
-PICTURES = ('.png', *VECTOR)
-
-
 def remove_heading(figure: Figure) -> str:
     """Remove the heading and the notes of a figure; return them as text for a caption."""
     notes = [legend.get_title() for legend in figure.legends]
@@ -257,9 +256,6 @@ def _stack(figure: Figure) -> None:
     for legend in figure.legends:
         legend.set_ncols(1)
     figure.set_size_inches(COLUMN_WIDTHS[1], max(2.4, PANEL_HEIGHT * len(panels)))
-
-
-POINT_COLUMNS = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
 
 
 def write_points(figure: Figure, path: Path) -> None:

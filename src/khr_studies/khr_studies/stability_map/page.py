@@ -33,6 +33,24 @@ from khr_studies.stability_map.study import (
 from khr_sweeps.results.folder import read_results, request_of
 from khr_sweeps.trial import Row
 
+COUNTS = {
+    'runs': 'runs',
+    'up': 'stayed_up',
+    'slipped': 'slipped',
+    'lost': 'lost',
+    'share_up': 'share_up',
+    'low': 'share_up_low_95',
+    'high': 'share_up_high_95',
+    'fell_at_s': 'median_fell_at_s',
+    'vibration_rad_s': 'median_vibration_rad_s',
+}
+BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
+VIBRATION, SLIP = 'vibration_rad_s', 'largest_slip_m'
+EXPLAINED = (
+    'Gains hold a slope if all runs stay up. The costs are medians of these runs: the vibration '
+    '(rms of the pitch rate over the motion) and the largest slip in one stance.'
+)
+
 
 def blocks(result: MapResult) -> list[str]:
     """Return the results of a map as tables and text."""
@@ -133,20 +151,6 @@ def _share_up(row: Row) -> str:
     return f'{row["up"]} of {row["runs"]} ({low:.0%} to {high:.0%})'
 
 
-COUNTS = {
-    'runs': 'runs',
-    'up': 'stayed_up',
-    'slipped': 'slipped',
-    'lost': 'lost',
-    'share_up': 'share_up',
-    'low': 'share_up_low_95',
-    'high': 'share_up_high_95',
-    'fell_at_s': 'median_fell_at_s',
-    'vibration_rad_s': 'median_vibration_rad_s',
-}
-BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
-
-
 def draw_map(
     folder: Path,
     x: str,
@@ -199,13 +203,6 @@ def tables(counted: StabilityMap) -> dict[str, pd.DataFrame]:
         '_critical': pd.DataFrame(critical, columns=[y, f'critical {x}', 'low_95', 'high_95']),
         '_best': best.rename(columns={'x': x, 'y': f'best {y}'}),
     }
-
-
-VIBRATION, SLIP = 'vibration_rad_s', 'largest_slip_m'
-EXPLAINED = (
-    'Gains hold a slope if all runs stay up. The costs are medians of these runs: the vibration '
-    '(rms of the pitch rate over the motion) and the largest slip in one stance.'
-)
 
 
 @dataclass(frozen=True)

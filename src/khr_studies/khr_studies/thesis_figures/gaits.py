@@ -37,6 +37,11 @@ WHOLE_WALK = ('walk_left_first',)
 PEAKS = 2  # of the pitch rate in each swing of a leg
 BLUE = COLORS[0]
 ONE_PER_SEED = 'a thin line per seed; x: it fell'
+ROBOT, THESIS = COLORS[:2]
+LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
+EDGE = 0.3  # Hz beyond the largest, so that no marker is cut
+MARK_HEIGHT = 0.96  # fraction of the height of a panel, of the thesis's peaks
+MARK: Look = {'marker': 'v', 'markerfacecolor': 'white', 'linewidth': 1.0}
 
 
 def cycle_of(run: Run) -> tuple[float, float]:
@@ -196,13 +201,6 @@ def _draw_gait_3(axis: Axes, group: Runs, rate: Rate, flat: Sequence[Run] = ()) 
     else:
         draw_seeds(axis, group, walked, rate.values, 'pitch rate', color=BLUE)
     axis.set(xlabel=f'time in {"Gait-3" if reached else "the walk"} (s)', ylabel=rate.label)
-
-
-ROBOT, THESIS = COLORS[:2]
-LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
-EDGE = 0.3  # Hz beyond the largest, so that no marker is cut
-MARK_HEIGHT = 0.96  # fraction of the height of a panel, of the thesis's peaks
-MARK: Look = {'marker': 'v', 'markerfacecolor': 'white', 'linewidth': 1.0}
 
 
 def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:

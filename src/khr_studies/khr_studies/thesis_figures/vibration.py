@@ -5,7 +5,7 @@ around the frequency at which its loop becomes unstable, and it damps the rockin
 that with a small gain its feet hit the ground less hard, which lowers the bands above. On the
 default robot the first effect is larger; on the robot ``stiff`` the second, up to K_A 9 to 12.
 
-The thesis: the amplitude grows with the slope. Uphill and on level ground it falls on the default
+By slope, the thesis: the amplitude grows. Uphill and on level ground it falls on the default
 robot, while the slope moves the load from the heels to the middle of the soles; from 1 deg
 downhill on it grows, most as the heels begin to lift, and falls again in the last degree before
 the limit. A centre of mass farther ahead moves all this to a gentler slope, and the limit with it.
