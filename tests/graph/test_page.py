@@ -18,18 +18,9 @@ from websockets.sync.client import connect
 
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import PUSHED
-from tests.support.browser import browser_page, chart, free_port, row, slider
+from tests.support.browser import browser_page, chart, row, slider, viewed_run
 from tests.support.in_process import khr_here
-from tests.support.runs import (
-    Bag,
-    interrupt,
-    joined,
-    khr,
-    start_khr,
-    wait_for,
-    wait_until,
-    wait_until_running,
-)
+from tests.support.runs import Bag, interrupt, joined, khr, wait_for, wait_until_running
 
 STANDING = re.compile(r'^standing, [\d.]+ s$')
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -38,16 +29,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 @pytest.fixture(scope='module')
 def viewed(tmp_path_factory):
     """A standing robot on show, whose bag is looked at when it has ended."""
-    folder, port = tmp_path_factory.mktemp('page') / 'run', free_port()
-    process = start_khr('view', 'stand_0deg', '--no-browser', '--port', port, '--out', folder)
-    process.folder, process.port = folder, port
-    with joined(folder) as node:
-        wait_until(node, seconds=0.0)
-        process.domain = node.context.get_domain_id()
-    yield process
-    if process.poll() is None:
-        process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=60)
+    with viewed_run(tmp_path_factory.mktemp('page') / 'run', 'stand_0deg') as process:
+        yield process
 
 
 @pytest.fixture(scope='module')

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.support.browser import browser_page, chart, free_port, row, saved, slider
-from tests.support.runs import joined, start_khr, wait_for, wait_until
+from tests.support.browser import browser_page, chart, row, saved, slider, viewed_run
+from tests.support.runs import wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 DRAWN = 'window.__viserTestpoints.uplots'  # viser's own, for tests
@@ -24,23 +24,14 @@ TITLES = ('Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections')
 @pytest.fixture(scope='module')
 def page(tmp_path_factory):
     """A walk whose first spectrum has come, halted when every chart has points."""
-    folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
-    process = start_khr(
-        *('view', 'walk_3deg', '--set', 'gait.cycles=80'),
-        *('--no-browser', '--no-record', '--port', port, '--out', folder),
-    )
-    try:
-        with joined(folder) as node:
-            wait_until(node, seconds=0.0)
-        with browser_page(1400, 850) as (page, _):
-            page.goto(f'http://127.0.0.1:{port}/')
-            slider(page, 'Ankle gain K_A').wait_for()
-            page.get_by_text(re.compile('^line n = ')).first.wait_for()
-            halt_with_points(page)
-            yield page
-    finally:
-        process.terminate()
-        process.communicate(timeout=60)
+    folder = tmp_path_factory.mktemp('charts') / 'run'
+    long = ('walk_3deg', '--set', 'gait.cycles=80', '--no-record')
+    with viewed_run(folder, *long) as run, browser_page(1400, 850) as (page, _):
+        page.goto(f'http://127.0.0.1:{run.port}/')
+        slider(page, 'Ankle gain K_A').wait_for()
+        page.get_by_text(re.compile('^line n = ')).first.wait_for()
+        halt_with_points(page)
+        yield page
 
 
 def halt_with_points(page):

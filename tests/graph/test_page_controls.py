@@ -9,8 +9,8 @@ import yaml
 from khr_view.charts.charts import charts
 from khr_view.controls import tunables
 from khr_view.page.display import VIEWS
-from tests.support.browser import browser_page, chart, choose, free_port, labels, said, slider
-from tests.support.runs import Bag, finish, interrupt, khr, start_khr, wait_for, wait_until_running
+from tests.support.browser import browser_page, chart, choose, labels, said, slider, viewed_run
+from tests.support.runs import Bag, finish, interrupt, khr, wait_for, wait_until_running
 
 pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
 SHORT = ('walk_0deg', '--pace', 4, '--set', 'gait.cycles=1')
@@ -28,16 +28,9 @@ LINKS = {'Signals as CSV', 'Spectrum as CSV'}
 
 @pytest.fixture(scope='module')
 def viewed(tmp_path_factory):
-    folder, port = tmp_path_factory.mktemp('controls') / 'run', free_port()
     others = ('--set', 'roll_controller.enabled=true', '--set', 'recovery.enabled=true')
-    address = ('--no-browser', '--port', port, '--out', folder)
-    process = start_khr('view', *SHORT, *others, *address)
-    process.folder, process.port = folder, port
-    process.domain = wait_until_running(folder)
-    yield process
-    if process.poll() is None:
-        process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=60)
+    with viewed_run(tmp_path_factory.mktemp('controls') / 'run', *SHORT, *others) as process:
+        yield process
 
 
 @pytest.fixture(scope='module')

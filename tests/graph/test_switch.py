@@ -9,9 +9,9 @@ from khr_bringup.graph.run_registry import running
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common.interfaces import SCENARIO
-from tests.support.browser import free_port, viewer
+from tests.support.browser import viewed_run, viewer
 from tests.support.in_process import khr_here
-from tests.support.runs import finish, start_khr, wait_for, wait_until_running
+from tests.support.runs import finish, wait_for, wait_until_running
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 OTHER = 'lift_2.7deg'
@@ -19,16 +19,8 @@ OTHER = 'lift_2.7deg'
 
 @pytest.fixture
 def viewed(tmp_path):
-    port = free_port()
-    process = start_khr(
-        'view', 'stand_0deg', '--no-browser', '--port', port, '--out', tmp_path / 'run'
-    )
-    process.folder, process.port = tmp_path / 'run', port
-    process.domain = wait_until_running(process.folder)
-    yield process
-    if process.poll() is None:
-        process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=60)
+    with viewed_run(tmp_path / 'run', 'stand_0deg') as process:
+        yield process
 
 
 def test_each_scenario_is_a_run_of_its_own_that_verifies_and_a_refused_one_is_none(

@@ -15,7 +15,7 @@ from viser._messages import ViewerCameraMessage
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from tests.support.runs import wait_for
+from tests.support.runs import start_khr, wait_for, wait_until_running
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
 ARGUMENTS = [
@@ -118,6 +118,21 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         return probe.getsockname()[1]
+
+
+@contextmanager
+def viewed_run(folder, *arguments):
+    """Yield the process of a live page once its run goes on: with its folder, port and domain."""
+    port = free_port()
+    process = start_khr('view', *arguments, '--no-browser', '--port', port, '--out', folder)
+    process.folder, process.port = folder, port
+    try:
+        process.domain = wait_until_running(folder)
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            process.communicate(timeout=60)
 
 
 @contextmanager
