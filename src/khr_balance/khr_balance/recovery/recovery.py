@@ -64,14 +64,14 @@ class Recovery(Block[RecoveryParameters]):
     def check(self, parameters: RecoveryParameters) -> None:
         """Plan the steps before the parameters are accepted; raises GaitError."""
         if self._stance is not None:
-            _closings(self._stance, parameters)
+            _plan_closings(self._stance, parameters)
 
     def configure(self, parameters: RecoveryParameters) -> None:
         """Use changed parameters from the next sample on; a step goes on as it began."""
         super().configure(parameters)
         self._estimator.configure(parameters)
         if self._stance is not None:
-            self._closings = _closings(self._stance, parameters)
+            self._closings = _plan_closings(self._stance, parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Return the correction of both legs, rad, and the numbers of the state.
@@ -84,7 +84,7 @@ class Recovery(Block[RecoveryParameters]):
         forces = [signals[topic][2] for topic in FOOT_FORCES]
         if self._stance is None:
             self._stance = Stance(reference)
-            self._closings = _closings(self._stance, own)
+            self._closings = _plan_closings(self._stance, own)
         stance = self._stance
         moving = any(
             abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
@@ -214,7 +214,7 @@ class Recovery(Block[RecoveryParameters]):
         return blended(self._held, standing, share), share
 
 
-def _closings(stance: Stance, parameters: RecoveryParameters) -> Closings:
+def _plan_closings(stance: Stance, parameters: RecoveryParameters) -> Closings:
     """Plan the steps of both feet in both directions; raises GaitError if a leg is too short."""
     return {
         (direction, foot): closing_angles(stance, foot, direction, parameters)
