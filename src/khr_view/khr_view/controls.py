@@ -144,7 +144,7 @@ class PendingChanges:
 
     def __init__(self) -> None:
         self._next: dict[tuple[str, str], Value] = {}
-        self._sent: dict[tuple[str, str], Value] = {}
+        self._sent: set[tuple[str, str]] = set()
 
     def ask(self, key: tuple[str, str], value: Value) -> None:
         """Store the newest requested value."""
@@ -157,13 +157,14 @@ class PendingChanges:
             for key, value in self._next.items()
             if key[0] in nodes and key not in self._sent
         }
-        self._sent |= ready
-        self._next = {key: value for key, value in self._next.items() if key not in ready}
+        self._sent |= ready.keys()
+        for key in ready:
+            del self._next[key]
         return ready
 
     def answered(self, key: tuple[str, str]) -> None:
         """Note that a node has answered."""
-        self._sent.pop(key, None)
+        self._sent.discard(key)
 
     def __contains__(self, key: object) -> bool:
         return key in self._next or key in self._sent

@@ -26,7 +26,7 @@ OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
 # Aims a push at the torso, N in odom; it is given once the second argument is true.
 Push = Callable[[tuple[float, float, float], bool], object]
 STRIPE = 0.1  # m between the lines of the slope
-SIZE = (2.4, 1.0)  # m
+SIZE = (2.4, 1.0)  # m, of the slope
 
 
 @dataclass(frozen=True)
