@@ -1,6 +1,5 @@
 """Ten executables started by hand, as with ``ros2 run``: any order, any delay, the same bits."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -47,17 +46,9 @@ def graph(tmp_path, monkeypatch):
             for node in nodes:
                 children[node] = subprocess.Popen(
                     [
-                        sys.executable,
-                        '-m',
-                        'khr_common.nodes.run',
-                        registry()[node].entry,
-                        '--ros-args',
-                        '--params-file',
-                        str(parameters),
-                        '--params-file',
-                        str(connected),
+                        *(sys.executable, '-m', 'khr_common.nodes.run', registry()[node].entry),
+                        *('--ros-args', '--params-file', parameters, '--params-file', connected),
                     ],
-                    env=os.environ.copy(),
                     start_new_session=True,
                 )
 

@@ -1,7 +1,8 @@
-"""What happens to a graph while it runs: gains, deaths, interrupts."""
+"""What happens to a graph while it runs: gains, pushes, deaths, interrupts, the wall clock."""
 
 import json
 import os
+import random
 import re
 import signal
 import time
@@ -14,6 +15,7 @@ from khr_bringup.changes import changes_in
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import DIAGNOSTICS, TF_AVAILABLE
+from khr_view.model.recorded import Timeline
 from tests.support.in_process import khr_here
 from tests.support.runs import (
     LONG,
@@ -26,6 +28,8 @@ from tests.support.runs import (
     joined,
     khr,
     stamp_ns,
+    wait_for,
+    wait_until,
     wait_until_running,
 )
 
@@ -37,20 +41,9 @@ def run(in_background, tmp_path):
     """Long standing in processes, one node each, in a domain of its own."""
     folder = tmp_path / 'run'
     process = in_background(
-        'run',
-        'stand_0deg',
-        '--processes',
-        *LONG,
-        '--set',
-        'ankle_controller.enabled=true',
-        '--set',
-        'ankle_controller.reference_offset=0',
-        '--set',
-        'ankle_controller.start_ramp=0',
-        '--set',
-        'gyro.adc=false',
-        '--out',
-        folder,
+        *('run', 'stand_0deg', '--processes', *LONG, '--out', folder),
+        *('--set', 'ankle_controller.enabled=true', '--set', 'ankle_controller.start_ramp=0'),
+        *('--set', 'ankle_controller.reference_offset=0', '--set', 'gyro.adc=false'),
     )
     process.folder = folder
     process.domain = wait_until_running(folder)
@@ -174,3 +167,112 @@ def test_two_runs_do_not_meet_and_listen_on_the_loopback_alone(in_background, tm
     for process in runs:
         process.communicate(timeout=40)
         assert process.returncode == 130
+
+
+def test_a_run_whose_pace_is_taken_off_goes_on_to_its_end(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background(
+        *('run', 'stand_0deg', '--out', folder, '--duration', '4', '--set', 'simulator.pace=0.2')
+    )
+    changed = khr_here('set', 'simulator', 'pace', '0.0', '--domain', wait_until_running(folder))
+    assert changed.code == 0, changed.err
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+
+
+def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background(
+        *('run', 'stand_0deg', '--processes', '--realtime', '--out', folder, '--duration', '7'),
+        *('--set', 'ankle_controller.enabled=true'),
+    )
+    wait_until_running(folder)
+    nodes = children(process)
+    assert {os.sched_getscheduler(node.pid) for node in nodes.values()} == {os.SCHED_OTHER}
+    os.kill(nodes['ankle_controller'].pid, signal.SIGSTOP)
+    ended = finish(process, folder)
+    assert ended.code == 1
+    assert 'ankle_controller did not end when it was asked to' in ended.err
+    bag = Bag(folder / 'bag')
+    values = {
+        pair.key: pair.value
+        for _, array in bag['/diagnostics']
+        for status in array.status
+        if status.name == 'simulator'
+        for pair in status.values
+    }
+    assert values['sync'] == 'realtime'
+    assert int(values['stale_corrections']) > 100
+    assert '"end": "duration"' in (folder / 'outcome.json').read_text()
+    assert float(ended.out.split('real-time factor')[1].split()[1]) < 1.05
+
+
+def test_real_time_that_cannot_be_held_is_said_and_can_be_demanded(tmp_path):
+    ended = khr(
+        'run', 'stand_0deg', '--realtime', '--set', 'simulator.realtime_factor=100',
+        '--duration', '3', '--no-record', '--expect', 'stood,realtime', '--out', tmp_path / 'run',
+    )  # fmt: skip
+    assert ended.code == 1
+    assert 'expected real time to be held: not held: speed' in ended.err
+    outcome = json.loads((tmp_path / 'run' / 'outcome.json').read_text())
+    assert outcome['verdict'] == 'stood' and outcome['realtime'] == 'not held'
+    assert outcome['real_time_factor'] < 99.0
+
+
+CHANGES = (
+    ('ankle_controller', 'gain', 9.0),
+    ('ankle_controller', 'source', 'force'),
+    ('hip_controller', 'gain', 6.5),
+    ('simulator', 'inclination_deg', 1.0),
+    ('gyro', 'noise', 0.02),
+    ('ankle_controller', 'source', 'gyro'),
+    ('simulator', 'friction', 0.2),
+    ('ankle_controller', 'gain', 14.0),
+    ('monitor', 'step_slip', 0.02),
+)
+
+
+def set_to(node, of, name, value):
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    (result,) = call(node, SetParameters, f'{of}/set_parameters', request).results
+    assert result.successful, result.reason
+
+
+@pytest.mark.timeout(400)
+def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path):
+    from geometry_msgs.msg import WrenchStamped
+
+    folder, chance = tmp_path / 'run', random.Random(0)
+    process = in_background(
+        *('run', 'stand_0deg', '--one-process', *LONG, '--out', folder),
+        *('--set', 'ankle_controller.enabled=true', '--set', 'hip_controller.enabled=true'),
+    )
+    with joined(folder) as node:
+        publisher = node.create_publisher(WrenchStamped, 'push', 10)
+        wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
+        wait_until(node, seconds=0.3)
+        for of, name, value in CHANGES:
+            push = WrenchStamped()
+            push.header.frame_id = chance.choice(('odom', 'l_foot'))
+            push.wrench.force.x = chance.uniform(-2.0, 2.0)
+            publisher.publish(push)
+            set_to(node, of, name, value)
+        file = folder / 'bag' / 'bag.mcap'
+        wait_for(lambda: b'monitor: parameters' in file.read_bytes(), 'the last change')
+    process.send_signal(signal.SIGINT)
+    ended = finish(process, folder)
+    assert ended.code == 130, ended.err
+    played = Timeline(folder)
+    assert ', K_A 14, K_H 6.5, at ' in played.heading(played.end)
+    assert ', K_A 9, K_H' not in played.heading(0.0)
+    pushes = len(Bag(folder / 'bag')['/simulator/push'])
+    verified = khr_here('verify', folder)
+    assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
+    lines = verified.out.splitlines()
+    for of, name, value in CHANGES:
+        assert any(line.startswith(f'changed {of}.{name} to {value} after t = ') for line in lines)
+    assert sum(line.startswith('pushed t=') for line in lines) == pushes > 0
+    assert sum(mark.text.startswith('push ') for mark in played.marks) == pushes

@@ -2,6 +2,7 @@
 
 import math
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from khr_common.interfaces import TF_AVAILABLE
 from khr_description.robot import link_names
 from khr_sim.run_parameters import RunParameters
 from tests.support.runs import (
+    KHR,
     LONG,
     Bag,
     children,
@@ -163,15 +165,8 @@ def stopped_recorder(in_background, tmp_path):
     def start(timeout):
         folder = tmp_path / 'run'
         process = in_background(
-            'run',
-            'stand_0deg',
-            '--processes',
-            '--duration',
-            600,
-            '--out',
-            folder,
-            '--set',
-            f'simulator.lockstep_timeout={timeout}',
+            *('run', 'stand_0deg', '--processes', '--duration', 600, '--out', folder),
+            *('--set', f'simulator.lockstep_timeout={timeout}'),
         )
         with joined(folder) as node:
             wait_until(node, seconds=1.0)
@@ -271,3 +266,33 @@ def chattering(folder, monkeypatch):
 def is_idle(process):
     """Return whether a process computes next to nothing for half a second."""
     return process.cpu_percent(0.5) < 10.0
+
+
+def run(limit, *arguments):
+    """Run khr with a limit on the size of files, in bytes."""
+    return subprocess.run(
+        [*KHR, 'run', 'stand_0deg', '--duration', *map(str, arguments)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+
+
+def test_a_full_disk_stops_the_recording_only(tmp_path):
+    folder = tmp_path / 'run'
+    ended = run(400_000, 6, '--one-process', '--no-draw', '--out', folder)
+    assert ended.returncode == 1, ended.stderr
+    assert 'recording stopped' in ended.stderr and 'File too large' in ended.stderr
+    assert 'stood' in ended.stdout
+    assert ended.stdout.splitlines()[-1].startswith('trajectory hash ')
+    assert not [path for path in folder.glob('log/*') if 'Traceback' in path.read_text()]
+
+
+def test_a_folder_that_takes_no_file_is_one_line(tmp_path):
+    ended = run(100, 1, '--offline', '--out', tmp_path / 'run')
+    assert ended.returncode == 1
+    assert ended.stderr.count('\n') == 1
+    assert "scenario.yaml': File too large" in ended.stderr
+    assert not (tmp_path / 'run').exists()

@@ -1,7 +1,8 @@
-"""``khr bout``: folder, bags, repetition, film and reports of both robots."""
+"""``khr bout``: folder, bags, repetition, film and reports of both robots; how they move."""
 
 import json
 import signal
+from math import atan2, degrees, hypot
 
 import pytest
 from PIL import Image
@@ -16,15 +17,8 @@ from khr_view.playback import PlayedRuns, timelines
 from tests.support.in_process import khr_here
 from tests.support.runs import Bag, finish, khr, start_khr, wait_for
 
-SHORT = (
-    '--offline',
-    '--engine',
-    'mujoco',
-    '--set',
-    'referee.time_limit=0.3',
-    '--set',
-    'referee.rounds=2',
-)
+OFFLINE = ('--offline', '--engine', 'mujoco')
+SHORT = (*OFFLINE, '--set', 'referee.time_limit=0.3', '--set', 'referee.rounds=2')
 
 
 @pytest.fixture(scope='module')
@@ -147,7 +141,7 @@ def test_the_first_round_of_a_bout_is_exported(fought, tmp_path):
 
 def test_an_interrupted_bout_is_one_line_and_keeps_its_bag(tmp_path):
     folder = tmp_path / 'bout'
-    process = start_khr('bout', 'shove_guard', *SHORT[:3], '--out', folder)
+    process = start_khr('bout', 'shove_guard', *OFFLINE, '--out', folder)
     bag = folder / 'round_1' / 'bag'
     wait_for(lambda: [each.stat().st_size for each in bag.glob('*.mcap')] > [0], 'samples')
     process.send_signal(signal.SIGINT)
@@ -177,3 +171,26 @@ def test_the_first_of_two_shoves_wins_a_duel():
     assert run_bout(duel).winner == 'red'
     turned = duel.set_to(['red.gait.start_delay=2.0', 'blue.gait.start_delay=1.0'])
     assert run_bout(turned).winner == 'blue'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+@pytest.mark.parametrize('surface', ['rubber', 'smooth'])
+def test_both_robots_turn_on_the_spot(engine, surface):
+    cycles, poses = 2, {'red': [], 'blue': []}
+
+    def watch(_, __, truths, ___):
+        for robot, truth in truths.items():
+            x, y, z, w = truth.orientation
+            heading = degrees(atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+            poses[robot].append((heading, *truth.position[:2]))
+
+    changes = [f'gait.cycles={cycles}', f'referee.time_limit={2.0 + 3.4 * cycles}']
+    changes += [f'simulator.engine={engine}', f'simulator.surface={surface}']
+    (only,) = run_bout(load_bout('turn').set_to(changes), watch).rounds
+    assert {each.verdict for each in only.outcomes.values()} == {'stood'}
+    for robot, sign in (('red', -1.0), ('blue', 1.0)):
+        (start, *here), (end, *there) = poses[robot][0], poses[robot][-1]
+        turned = sign * ((end - start + 180.0) % 360.0 - 180.0) / cycles
+        assert 12.0 < turned < 15.8
+        assert hypot(there[0] - here[0], there[1] - here[1]) < 0.015 * cycles

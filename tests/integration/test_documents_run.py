@@ -1,6 +1,7 @@
 """Documents do what they say: every command and script in them is run, in order, and says that.
 
-Commands of all documents, also those amid the text, have verbs and options that there are.
+Commands of all documents, also those amid the text, have verbs and options that there are; and all
+documents become pages.
 """
 
 import os
@@ -209,3 +210,19 @@ def test_verbs_and_options_are_those_of_the_command(path):
         known = {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
         asked = {word.partition('=')[0] for word in words if word.startswith('--')}
         assert asked <= known | {'--help'}, f'khr {verb}'
+
+
+@pytest.mark.slow
+def test_every_document_becomes_a_page(tmp_path):
+    built = subprocess.run(
+        [sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-c', 'docs', '-d',
+         tmp_path / 'trees', '.', tmp_path / 'site'],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stderr
+    pages = {path.stem for path in (tmp_path / 'site').rglob('*.html')}
+    assert pages >= {path.stem for path in (ROOT / 'docs').glob('*.md')} | {'README', 'api'}
+    assert 'README.html' in (tmp_path / 'site' / 'index.html').read_text()
+    api = (tmp_path / 'site' / 'docs' / 'api.html').read_text()
+    for name in ('run', 'load', 'spectrum', 'critical', 'sweep', 'env'):
+        assert f'id="khr.{name}"' in api

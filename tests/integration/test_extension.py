@@ -46,17 +46,8 @@ def python(tmp_path_factory):
     source = shutil.copytree(EXAMPLE, folder / 'source')
     subprocess.run(
         [
-            sys.executable,
-            '-m',
-            'pip',
-            '--python',
-            own,
-            'install',
-            '--quiet',
-            '--no-deps',
-            '--no-build-isolation',
-            '--disable-pip-version-check',
-            source,
+            *(sys.executable, '-m', 'pip', '--python', own, 'install', '--quiet', '--no-deps'),
+            *('--no-build-isolation', '--disable-pip-version-check', source),
         ],
         check=True,
         env=environment(),

@@ -50,16 +50,8 @@ def offline(tmp_path_factory):
     """The same scenario with another gain, without a bag."""
     folder = tmp_path_factory.mktemp('report') / 'offline'
     done = khr_here(
-        'run',
-        SCENARIO,
-        '--engine',
-        'mujoco',
-        '--duration',
-        SECONDS,
-        '--offline',
-        '--no-draw',
-        '--out',
-        folder,
+        *('run', SCENARIO, '--engine', 'mujoco', '--duration', SECONDS, '--offline', '--no-draw'),
+        *('--out', folder),
     )
     assert done.code == 0, done.err
     return folder

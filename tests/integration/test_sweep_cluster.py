@@ -47,43 +47,19 @@ def dask(tmp_path, start):
     ]
     command, contact = (sys.executable, '-m', 'dask'), tmp_path / 'scheduler.json'
     scheduler = start(
-        *command,
-        'scheduler',
-        '--host',
-        '127.0.0.1',
-        '--port',
-        0,
-        '--protocol',
-        'tls',
-        *shown,
-        '--scheduler-file',
-        contact,
+        *(*command, 'scheduler', '--host', '127.0.0.1', '--port', 0, '--protocol', 'tls'),
+        *(*shown, '--scheduler-file', contact),
     )
     wait_for(contact.is_file, 'the scheduler')
     address = wait_for(
         lambda: contact.read_text() and json.loads(contact.read_text()), 'its address'
     )['address']
-    return Cluster(
-        address,
-        tls,
-        scheduler,
-        {
-            name: start(
-                *command,
-                'worker',
-                address,
-                '--no-nanny',
-                '--nthreads',
-                1,
-                *shown,
-                '--name',
-                name,
-                '--local-directory',
-                tmp_path,
-            )
-            for name in ('first', 'second')
-        },
-    )
+    worker = (*command, 'worker', address, '--no-nanny', '--nthreads', 1, *shown)
+    workers = {
+        name: start(*worker, '--name', name, '--local-directory', tmp_path)
+        for name in ('first', 'second')
+    }
+    return Cluster(address, tls, scheduler, workers)
 
 
 def joined(dask):

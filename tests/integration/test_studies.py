@@ -1,12 +1,17 @@
-"""The reproduction in its quick form: every figure and every row comes out, by its data."""
+"""Whole studies: the reproduction in its quick form, a calibration, half the physics step."""
 
 import csv
 import math
 import subprocess
+from dataclasses import replace
 
 import pytest
 
 from khr_common import KhrError
+from khr_studies.calibration.search import CANDIDATE, Journal
+from khr_studies.engines.study import ENGINES, STEPS, STUDIED, with_engine
+from khr_studies.measuring.bench import Bench
+from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import LIMITS
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
@@ -16,6 +21,8 @@ from khr_studies.reproduction.reproduce import MAP, SCOREBOARD, Computed, parse_
 from khr_studies.scoreboard.page import scoreboard_markdown
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.thesis_figures.registry import FIGURES, paths
+from khr_sweeps.pool import local_pool
+from khr_sweeps.results.store import read_store
 from tests.support.runs import KHR
 
 ENGINE = 'mujoco'  # the quicker one
@@ -151,3 +158,72 @@ def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(KhrError, match=r'--out: .*file'):
         reproduce(parse_plan('3.8', fast=True), tmp_path / 'file' / 'report')
+
+
+PLAN = """
+settings:
+  gait.hold_time: 0.2
+  gait.end_pause: 0.0
+constants:
+  pads: {parameters: [simulator.pad_distance], range: [0.02, 0.027], source: a test}
+limits:
+  - {motion: leg_lift, thesis_deg: 6.4, tolerance_deg: 5.0}
+"""
+
+OPTIONS = [
+    *('calibrate', '--config', 'plan.yaml', '--out', 'page.md', '--members', 'members.json'),
+    *('--candidates', '4', '--population', '4', '--confirm', '0', '--seeds', '1'),
+    *('--workers', '2'),
+]
+
+
+@pytest.mark.nightly
+def test_command_searches_goes_on_and_writes_all_files(tmp_path):
+    (tmp_path / 'plan.yaml').write_text(PLAN)
+
+    def calibrate(journal):
+        return subprocess.run(
+            [
+                *(*KHR, 'calibrate', '--config', 'plan.yaml', '--journal', journal),
+                *('--out', 'page.md', '--members', 'members.json', '--confirm', '0'),
+                *('--candidates', '4', '--population', '4', '--seeds', '1', '--workers', '2'),
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+
+    first = calibrate('journal')
+    assert first.returncode == 0, first.stderr
+    assert 'of 16 candidates' in first.stdout
+    head, robots = read_store(tmp_path / 'journal', CANDIDATE.validate_python)
+    assert head['engine'] == 'mujoco' and len(robots) == 16
+    low, *_, high = sorted(robots, key=lambda robot: robot.constants['pads'])
+    assert low.value('stand, no control') < high.value('stand, no control')
+    members = read_ensemble(tmp_path / 'members.json')
+    assert members[0].constants['simulator.pad_distance'] in {
+        robot.constants['pads'] for robot in robots
+    }
+    with Journal(tmp_path / 'interrupted', head) as journal:
+        for robot in robots[:-2]:
+            journal.add(robot)
+    again = calibrate('interrupted')
+    assert again.stdout == first.stdout
+    found = read_store(tmp_path / 'interrupted', CANDIDATE.validate_python)[1]
+    assert sorted(found, key=str) == sorted(robots, key=str)
+    refused = calibrate('plan.yaml')
+    assert refused.returncode == 2 and 'not a journal' in refused.stderr
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize('engine', ENGINES)
+def test_half_the_step_moves_no_limit(engine):
+    """Single seeds move by what their last bisections scatter; the mean of some stays."""
+    with local_pool(2) as pool:
+        bench = Bench(pool, seeds=3, tolerance=0.1)
+        coarse, fine = (
+            bench.limit(replace(STUDIED, changes=with_engine(engine, changes)))
+            for changes in ((), STEPS['step 0.5 ms'])
+        )
+    assert fine.mean == pytest.approx(coarse.mean, abs=0.2)  # deg
+    assert 6.0 < coarse.mean < 10.0  # a search that found nothing would agree as well
