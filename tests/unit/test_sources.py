@@ -5,8 +5,8 @@ import ast
 import pytest
 
 from khr_bringup.code_version import SOURCES
-from khr_studies.measuring import study_version
-from khr_studies.measuring.study_version import imported_by
+from khr_studies.measuring import kept_pool
+from khr_studies.measuring.kept_pool import imported_by
 from tests import ROOT
 
 
@@ -46,21 +46,19 @@ def test_a_study_has_another_version_if_code_of_its_jobs_changes(monkeypatch):
     sources = imported_by(study)
     for changed in ('', *of_jobs):
         found = sources | ({changed: sources[changed] + b'0'} if changed else {})
-        monkeypatch.setattr(study_version, 'imported_by', lambda _, found=found: found)
-        versions.add(study_version.version_of_study.__wrapped__(study))
+        monkeypatch.setattr(kept_pool, 'imported_by', lambda _, found=found: found)
+        versions.add(kept_pool.version_of_study.__wrapped__(study))
     assert len(versions) == 1 + len(of_jobs)
 
 
 def test_the_version_of_a_study_does_not_depend_on_its_words():
     code = b'def f(x):\n    return x + 1\n'
     told = b'"""A module."""\n\ndef f(x):\n    """Add 1."""\n    return x + 1  # one\n'
-    assert study_version.code_of(told) == study_version.code_of(code)
-    assert study_version.code_of(code.replace(b'1', b'2')) != study_version.code_of(code)
+    assert kept_pool.code_of(told) == kept_pool.code_of(code)
+    assert kept_pool.code_of(code.replace(b'1', b'2')) != kept_pool.code_of(code)
 
 
 def test_code_without_imports_stays_the_same_when_a_name_moves():
     here, moved = (f'from {module} import x\ny = x\n'.encode() for module in 'ab')
-    assert study_version.code_of(here) != study_version.code_of(moved)
-    assert study_version.code_of(here, imports=False) == study_version.code_of(
-        moved, imports=False
-    )
+    assert kept_pool.code_of(here) != kept_pool.code_of(moved)
+    assert kept_pool.code_of(here, imports=False) == kept_pool.code_of(moved, imports=False)

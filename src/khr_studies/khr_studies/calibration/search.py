@@ -36,8 +36,8 @@ from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.measuring import loop_response
 from khr_studies.measuring.condition import Condition, with_engine
+from khr_studies.measuring.kept_pool import code_of
 from khr_studies.measuring.optimiser import evolution
-from khr_studies.measuring.study_version import code_of
 from khr_sweeps.pool import Pool, compute
 from khr_sweeps.results.store import OtherResultsError, Store
 

@@ -31,8 +31,8 @@ from khr_studies.measuring.experiments import (
     folder_of,
     runs_by_name,
 )
+from khr_studies.measuring.kept_pool import version_of_study
 from khr_studies.measuring.run_table import run_table
-from khr_studies.measuring.study_version import version_of_study
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
 from khr_studies.peak_origin.study import LINE_11, PeakStudy, measure_line_11, study
 from khr_studies.reproduction.findings import (
