@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from khr_analysis.outcome_values import values_of
+from khr_analysis.recording import Recording
 from khr_analysis.referee import RED, ROBOTS
-from khr_bringup.bout.bag import RoundBag
 from khr_bringup.bout.bout import Bout, is_bout, parse_bout
 from khr_bringup.bout.offline import Influences, run_bout
 from khr_bringup.bout.result import FILE, BoutResult, Round, write_bout
 from khr_bringup.changes import changes_in
 from khr_bringup.code_version import as_run, differences, library_versions, version_in, version_of
-from khr_bringup.offline import Loops, Truths
+from khr_bringup.node_registry import spec_of
+from khr_bringup.offline import ControlLoop, Loops, Truths
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.verify import (
@@ -26,11 +28,16 @@ from khr_bringup.recorded.verify import (
     print_influences,
     pushes_in,
 )
-from khr_bringup.run_folder import SCENARIO
+from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
+from khr_common.cdr import MessageTemplate
 from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_common.interfaces import DIAGNOSTICS, PUSHED
+from khr_common.interfaces import DIAGNOSTICS, FINISHED, OUTCOME, PUSHED, SCENARIO, STATE, Topic
+from khr_common.nodes.messages import Output, blank_message, serialized, status
 from khr_common.strict_yaml import read_file
+from khr_description.robot import Robot
+from khr_sim.nodes.truth_publisher import TruthPublisher
+from khr_sim.physics.truth import GroundTruth
 
 OF_SIMULATOR = replace(DIAGNOSTICS, name=f'/{DIAGNOSTICS.name}')
 Show = Callable[[float], object]  # takes the simulated time of the bout so far, s
@@ -71,7 +78,7 @@ def record_bout(bout: Bout, folder: Path, record: bool, show: Show = lambda _: N
 def write_scenario(bout: Bout, folder: Path) -> str:
     """Write a bout as it runs, with the versions that it runs with; return the text."""
     text = as_run(bout.robots[ROBOTS[0]], bout.to_yaml())
-    write_text(folder / SCENARIO, text)
+    write_text(folder / SCENARIO_FILE, text)
     return text
 
 
@@ -114,8 +121,8 @@ def recorded_bout(folder: Path) -> tuple[Bout, dict[str, Any]]:
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         text = error.strerror if isinstance(error, OSError) else error
         raise KhrError(f'{file}: {text}; accepted: bout.json of a finished bout') from error
-    text = read_file(folder / SCENARIO)
-    bout = parse_bout(text, str(folder / SCENARIO), str(ended.get('bout', folder.name)))
+    text = read_file(folder / SCENARIO_FILE)
+    bout = parse_bout(text, str(folder / SCENARIO_FILE), str(ended.get('bout', folder.name)))
     red = bout.robots[ROBOTS[0]]
     made, here = version_in(text), version_of(red)
     other = differences(text, library_versions(bout.engine))
@@ -200,3 +207,80 @@ def influences_on(bout: Bout, folder: Path, rounds: int) -> dict[tuple[int, str]
             pushes = tuple(pushes_in(bag, messages[PUSHED], scenario, made))
             found[number, robot] = Influences(made, pushes)
     return found
+
+
+class RoundBag:
+    """Write the bag of a round, in a new folder, while it runs, without a graph."""
+
+    def __init__(self, folder: Path, bout: Bout, text: str) -> None:
+        self._recording = Recording(folder)
+        self._recording.write_text(SCENARIO.name, text, 0)
+        self._now_ns = 0
+        self._topics: dict[str, list[Topic]] = {}
+        self._outputs: dict[tuple[str, Topic], Output] = {}
+        self._truths: dict[str, TruthPublisher] = {}
+        for number, (robot, scenario) in enumerate(bout.robots.items()):
+            self._truths[robot] = TruthPublisher(self, Robot.load().urdf, robot, clock=not number)
+            self._truths[robot].describe()
+            specs = [spec_of(node) for node in scenario.nodes]
+            self._topics[robot] = [
+                topic
+                for spec in specs
+                if spec.block is not None
+                for topic in spec.publishes
+                if topic.flow == 'period'
+            ]
+            for topic in self._topics[robot]:
+                self._outputs[robot, topic] = self.output(topic.under(robot))
+
+    def take(self, truths: Mapping[str, GroundTruth], loops: Mapping[str, ControlLoop]) -> None:
+        """Write a sample."""
+        for robot, truth in truths.items():
+            self._now_ns = truth.stamp_ns
+            self._truths[robot].publish(truth)
+            for topic in self._topics[robot]:
+                output = self._outputs[robot, topic]
+                output.fill(truth.stamp_ns, loops[robot].signals[topic])
+                output.send()
+
+    def close(self, ended: Round | None) -> None:
+        """Write the end of the round, if it has one, and finish the bag."""
+        for robot, outcome in ended.outcomes.items() if ended else ():
+            assert ended is not None
+            verdict = {name: str(value) for name, value in values_of(outcome).items()}
+            self.publisher(OUTCOME.under(robot)).publish(
+                status('monitor', outcome.verdict, verdict)
+            )
+            values = {
+                'time_ns': str(self._now_ns),
+                'end': ended.decision.reason,
+                'trajectory_hash': ended.trajectory_hash,
+            }
+            self.publisher(STATE.under(robot)).publish(status('simulator', FINISHED, values))
+        self._recording.close()
+
+    def publisher(self, topic: Topic) -> Any:
+        """Return a publisher of a topic, which is added to the bag."""
+        name = f'/{topic.name}'
+        self._recording.add_topic(name, topic.kind, topic.flow == 'latched')
+        return _Publisher(self, name)
+
+    def output(self, topic: Topic, message: Any = None) -> Output:
+        """Return an output of a periodic topic."""
+        form = MessageTemplate(serialized(message or blank_message(topic)))
+        return Output(self.publisher(topic), form)
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a message at the time of the last sample."""
+        self._recording.write(name, data, self._now_ns)
+
+
+class _Publisher:
+    """A publisher of one topic that writes to the bag."""
+
+    def __init__(self, bag: RoundBag, name: str) -> None:
+        self._bag, self._name = bag, name
+
+    def publish(self, message: Any) -> None:
+        """Write a message, or its bytes."""
+        self._bag.write(self._name, message if isinstance(message, bytes) else serialized(message))

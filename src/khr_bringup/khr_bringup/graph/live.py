@@ -134,7 +134,7 @@ def switch_scenario(scenario: Scenario, domain: int | None = None) -> str:
 
     entry = choose(domain)
     request = to_set({'name': scenario.name, 'scenario': scenario.stated_to_yaml()})
-    answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, PATIENCE)
+    answer = _answer(domain, SetParametersAtomically, 'khr/switch', request)
     if answer is None:
         raise KhrError('khr: no answer; is the run still there?')
     if not answer.result.successful:
@@ -150,7 +150,7 @@ def call_trigger(service: str, domain: int | None = None) -> str:
     """
     from std_srvs.srv import Trigger
 
-    answer = _answer(domain, Trigger, service, Trigger.Request(), PATIENCE)
+    answer = _answer(domain, Trigger, service, Trigger.Request())
     if answer is None:
         raise KhrError(f'{service}: no answer within {PATIENCE:g} s; is the node there?')
     if not answer.success:
@@ -158,7 +158,7 @@ def call_trigger(service: str, domain: int | None = None) -> str:
     return str(answer.message)
 
 
-def _answer(domain: int | None, kind: Any, service: str, request: Any, patience: float) -> Any:
+def _answer(domain: int | None, kind: Any, service: str, request: Any) -> Any:
     """Return the response of a service; None if it is not there, or does not respond in time."""
     with _join_run(domain) as own:
         import rclpy
@@ -167,7 +167,7 @@ def _answer(domain: int | None, kind: Any, service: str, request: Any, patience:
         if not client.wait_for_service(PATIENCE):
             return None
         future = client.call_async(request)
-        rclpy.spin_until_future_complete(own, future, timeout_sec=patience)
+        rclpy.spin_until_future_complete(own, future, timeout_sec=PATIENCE)
         return future.result() if future.done() else None
 
 

@@ -1,10 +1,64 @@
-"""The folder of a bout, and those of its rounds."""
+"""The folder of a bout; a round that is repeated with all that came from outside."""
 
 import pytest
 
 from khr.cli.verbs.recordings import verify_bag
 from khr_bringup.bout.bout import load_bout
+from khr_bringup.bout.offline import Influences, run_bout
+from khr_bringup.bout.recorded import record_bout
+from khr_bringup.changes import Change
+from khr_bringup.recorded.bags import read_messages
 from khr_common.errors import KhrError
+from khr_common.interfaces import STATE
+
+SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.75'])
+PUSH = 't=0.03 duration=0.1 link=torso frame=odom force=5.0,0.0,0.0 point=0.0,0.0,0.0'
+
+
+def hashed(bout, influences=()):
+    return run_bout(bout, influences=dict(influences)).rounds[0].trajectory_hash
+
+
+@pytest.mark.slow
+def test_changes_and_pushes_act_on_their_robot_alone():
+    untouched = hashed(SHORT)
+    gain = Change('ankle_controller', 'gain', 60.0, -1)  # from the start
+    found = {
+        'gain': hashed(SHORT, [((0, 'red'), Influences(changes=(gain,)))]),
+        'push': hashed(SHORT, [((0, 'blue'), Influences(pushes=(PUSH,)))]),
+        'round': hashed(SHORT, [((1, 'red'), Influences(pushes=(PUSH,)))]),  # there is no other
+    }
+    assert found == {
+        'gain': hashed(SHORT.set_to(['red.ankle_controller.gain=60.0'])),
+        'push': hashed(SHORT.set_to([f'blue.simulator.pushes=["{PUSH}"]'])),
+        'round': untouched,
+    }
+    assert len(set(found.values())) == 3
+
+
+@pytest.mark.slow
+def test_a_change_acts_after_its_sample():
+    tilt = Change('simulator', 'inclination_deg', 2.0, 90_000_000)
+    late = hashed(SHORT, [((0, robot), Influences(changes=(tilt,))) for robot in SHORT.robots])
+    early = Change('simulator', 'inclination_deg', 2.0, 60_000_000)
+    soon = hashed(SHORT, [((0, robot), Influences(changes=(early,))) for robot in SHORT.robots])
+    assert len({late, soon, hashed(SHORT)}) == 3
+
+
+@pytest.mark.slow
+def test_a_decided_round_is_complete_if_the_next_one_is_interrupted(tmp_path):
+    bout, before = SHORT.set_to(['referee.rounds=3']), []
+
+    def interrupt(time):
+        if time > 0.8:
+            before.extend(read_messages(tmp_path / 'round_1', [STATE], namespace='red')[STATE])
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        record_bout(bout, tmp_path, record=True, show=interrupt)
+    (state,) = before  # complete while the second round goes on
+    assert {each.key: each.value for each in state.values}['trajectory_hash']
+    assert not read_messages(tmp_path / 'round_2', [STATE], namespace='red')[STATE]
 
 
 @pytest.mark.parametrize('part', ['round_1', 'round_2/bag'])

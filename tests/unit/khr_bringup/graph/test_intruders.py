@@ -5,8 +5,8 @@ import pwd
 
 import pytest
 
-from khr_bringup.graph import intruders
-from khr_bringup.graph.intruders import Intruders
+from khr_bringup.graph import graph
+from khr_bringup.graph.graph import Intruders
 from khr_bringup.graph.run_registry import CLAIM, FIRST_PARTICIPANT, ports_of
 
 DOMAIN = 42
@@ -27,8 +27,8 @@ def table(tmp_path, monkeypatch):
         path.write_text('\n'.join(['  sl  local_address rem_address', *lines, '']))
 
     path = tmp_path / 'udp'
-    monkeypatch.setattr(intruders, 'SOCKETS', path)
-    monkeypatch.setattr(intruders, 'PERIOD', 0.0)
+    monkeypatch.setattr(graph, 'SOCKETS', path)
+    monkeypatch.setattr(graph, 'PERIOD', 0.0)
     write()
     return write
 
@@ -67,5 +67,5 @@ def test_who_was_there_before_does_not_stop_a_run(table):
 
 
 def test_where_no_table_is_nobody_is_found(table, monkeypatch, tmp_path):
-    monkeypatch.setattr(intruders, 'SOCKETS', tmp_path / 'none')
+    monkeypatch.setattr(graph, 'SOCKETS', tmp_path / 'none')
     assert Intruders(DOMAIN).found() is None

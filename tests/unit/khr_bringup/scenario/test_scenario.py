@@ -8,10 +8,15 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
+from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario, with_installed_engine
 from khr_common import KhrError, specifications
+from khr_sim.physics import engines
+from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 
+PUSHED = [path for path in scenarios.shipped() if 'push' in path.stem]
 GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
 
 
@@ -259,3 +264,36 @@ def test_a_node_is_described_once():
     text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
     with pytest.raises(KhrError, match=r'mine\.yaml: gait: given twice'):
         scenarios.parse(text, 'mine.yaml', 'mine')
+
+
+@pytest.mark.parametrize('path', PUSHED, ids=lambda path: path.stem)
+def test_a_push_ends_seconds_before_the_run(path):
+    scenario = scenarios.load_scenario(str(path))
+    pushes = [Push.parse(text) for text in scenario.table(RunParameters).pushes if text]
+    assert pushes
+    assert max(push.start + push.duration for push in pushes) + 2.0 < duration(scenario)
+
+
+def test_without_pybullet_mujoco_is_the_engine(monkeypatch, capsys):
+    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
+    scenarios._name_the_engine.cache_clear()  # another test of this process may have let it say so
+    chosen = with_installed_engine(Scenario('plain', {}))
+    assert chosen.table(RunParameters).engine == 'mujoco'
+    assert '"make bullet" compiles PyBullet' in capsys.readouterr().err
+
+
+def test_a_stated_engine_stays(monkeypatch):
+    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
+    stated = Scenario('stated', {'simulator': {'engine': 'bullet'}})
+    assert with_installed_engine(stated) is stated
+
+
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+def test_an_engine_that_is_not_installed_is_one_line(monkeypatch, engine):
+    monkeypatch.setattr(engines, 'find_spec', lambda _: None)
+    scenario = Scenario('short', {'simulator': {'engine': engine, 'duration': 0.1}})
+    with pytest.raises(
+        KhrError, match=f"engine: '{engine}' is not installed; accepted: "
+    ) as error:
+        run_offline(scenario)
+    assert '\n' not in str(error.value)

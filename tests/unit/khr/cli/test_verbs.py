@@ -1,0 +1,101 @@
+"""Options of verbs that go together or come from an API function, and repeated bouts."""
+
+import inspect
+import shlex
+from contextlib import nullcontext
+from types import SimpleNamespace as Made
+
+import pytest
+from typer.testing import CliRunner
+
+from khr import searches
+from khr.cli.app import app
+from khr.cli.options_of import options_of
+from khr.cli.verbs import bouts as verb
+from khr.cli.verbs.recordings import _export_motion
+from khr_bringup.bout.bout import load_bout
+from khr_bringup.graph.graph import RunOptions
+from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
+from khr_view import viewing
+from khr_view.viewing import Observer, Viewing
+from tests import ROOT
+
+
+def test_the_settings_of_an_exported_motion_are_quoted(tmp_path, capsys):
+    file = tmp_path / 'my walk.csv'
+    squat = ROOT / 'examples/squat.yaml'
+    _export_motion(str(squat), file)
+    words = shlex.split(capsys.readouterr().out.splitlines()[-1].removeprefix('play it with '))
+    assert words[::2] == ['--set'] * (len(words) // 2)
+    played = load_scenario(str(squat)).set_to(words[1::2]).of('gait')
+    assert (played['motion_file'], played['repeat']) == (str(file), [0.0, 2.5])
+
+
+def refused(*words):
+    """Return the one line that refuses a command."""
+    done = CliRunner().invoke(app(), [*map(str, words)])
+    assert isinstance(done.exception, KhrError), done.output
+    assert '\n' not in str(done.exception)
+    return str(done.exception)
+
+
+@pytest.mark.parametrize('option', ['--topic', '--axis'])
+def test_the_charts_of_a_run_are_of_no_topic(tmp_path, option):
+    out = tmp_path / 'charts.svg'
+    says = refused('report', tmp_path, option, 'x', '--out', out)
+    assert says.startswith(f'{option}: not accepted with --out ')
+    assert not out.exists()
+
+
+def test_the_motion_of_a_scenario_has_no_namespace(tmp_path):
+    asked = 'export', 'stand_0deg', '--motion', '--out', tmp_path / 'motion.csv'
+    assert refused(*asked, '--namespace', '/a').startswith('--namespace: stand_0deg has no bag')
+
+
+def test_a_bout_is_repeated_only_while_a_browser_is_connected(monkeypatch):
+    display, done = Made(readers=0), []
+
+    def look(_):
+        done.append('waits')
+        display.readers = 1
+
+    def run(*_):
+        done.append('runs')
+        if len(done) > 3:
+            raise KeyboardInterrupt
+        display.readers = 0
+
+    observer = Observer(nullcontext, [Made(display=display)])
+    monkeypatch.setattr(viewing.time, 'sleep', look)
+    monkeypatch.setattr(verb, '_run', run)
+    monkeypatch.setattr(verb, 'live_page', lambda *_, **__: nullcontext(observer))
+    assert verb.view_bout(load_bout('shove'), RunOptions(), None, Viewing(again='same')) == 0
+    assert done == ['runs', 'waits', 'runs', 'waits', 'runs']
+
+
+def command(function):
+    """Return a command that keeps its arguments, and the list that it keeps them in."""
+    kept = []
+    return options_of(function)(lambda *given: kept.append(given)), kept
+
+
+@pytest.mark.parametrize('function', [searches.critical, searches.tune])
+def test_every_argument_but_progress_is_an_option_with_the_same_default_and_help(function):
+    options = inspect.signature(command(function)[0]).parameters
+    arguments = inspect.signature(function).parameters
+    assert list(options) == [name for name in arguments if name != 'progress']
+    for name, option in options.items():
+        assert option.annotation.__metadata__[0].help
+        assert option.default in (arguments[name].default, name == 'motion')
+
+
+def test_flags_and_settings_are_arguments_of_the_function():
+    verb, kept = command(searches.critical)
+    verb(motion=False, set=['simulator.friction=0.3'])
+    assert kept == [
+        ({'motion': 'leg_lift', 'set': {'simulator.friction': 0.3}}, ['simulator.friction=0.3'])
+    ]
+    assert searches.condition_of('walk', 12.0, 0.0, 'rubber', False, {'simulator.friction': 0.3}, 'mujoco').changes == (
+        (('simulator', 'friction'), 0.3), (('simulator', 'engine'), 'mujoco'),
+    )  # fmt: skip
