@@ -31,7 +31,6 @@ from khr.runs import changes_of, prepared
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.errors import quoted
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
@@ -104,14 +103,11 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         weights: Mapping[str, float] | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata['render_modes']):
-            raise KhrError(
-                f'render_mode: {render_mode!r} is not accepted; accepted: '
-                f'{" | ".join(self.metadata["render_modes"])}'
+            raise KhrError.refused(
+                'render_mode', render_mode, ' | '.join(self.metadata['render_modes'])
             )
         if unknown := set(weights or {}) - set(WEIGHTS):
-            raise KhrError(
-                f'weights: {sorted(unknown)[0]!r} is not accepted; accepted: {" | ".join(WEIGHTS)}'
-            )
+            raise KhrError.refused('weights', sorted(unknown)[0], ' | '.join(WEIGHTS))
         if not os.environ.get('DISPLAY'):  # the checker of Gymnasium opens one of every mode
             self.metadata = {**self.metadata, 'render_modes': ['rgb_array']}
         self.render_mode = render_mode
@@ -149,9 +145,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         """
         super().reset(seed=seed)
         if not isinstance(options, (Mapping, NoneType)):
-            raise KhrError(
-                f'options: {quoted(options)} is not accepted; accepted: values by name, of robot | '
-                f'{" | ".join(OPTIONS)}'
+            raise KhrError.refused(
+                'options', options, f'values by name, of robot | {" | ".join(OPTIONS)}'
             )
         given = dict(options or {})
         drawn = seed if seed is not None else int(self.np_random.integers(LARGEST_SEED))
@@ -228,9 +223,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             if name == 'robot':
                 whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
                 if not (whole and 0 <= value < len(self._robots)):
-                    raise KhrError(
-                        f'robot: {value!r} is not accepted; accepted: integer in '
-                        f'[0, {len(self._robots) - 1}]'
+                    raise KhrError.refused(
+                        'robot', value, f'integer in [0, {len(self._robots) - 1}]'
                     )
                 changes |= self._robots[int(value)]
             elif name == 'push':
@@ -239,9 +233,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             elif name in OPTIONS:
                 changes[OPTIONS[name]] = value
             else:
-                raise KhrError(
-                    f'options: {name!r} is not accepted; accepted: robot | {" | ".join(OPTIONS)}'
-                )
+                raise KhrError.refused('options', name, f'robot | {" | ".join(OPTIONS)}')
         return changes_of(changes)
 
     def _begin(self, scenario: Scenario) -> None:

@@ -241,7 +241,7 @@ def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:
     for name, value in (given or {}).items():
         node, dot, parameter = str(name).partition('.')
         if not dot or not parameter:
-            raise KhrError(f'set: {name!r} is not accepted; accepted: NODE.PARAMETER')
+            raise KhrError.refused('set', name, 'NODE.PARAMETER')
         plain = value.item() if isinstance(value, np.generic) else value
         changes[node, parameter] = typed(node, parameter, plain)
     return changes

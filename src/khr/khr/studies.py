@@ -224,5 +224,5 @@ def _values(name: str, values: Any) -> list[Any]:
         KhrError: if they are not several, or not accepted.
     """
     if isinstance(values, str) or not hasattr(values, '__iter__'):
-        raise KhrError(f'grid: {name}: {values!r} is not accepted; accepted: a list of values')
+        raise KhrError.refused(f'grid: {name}', values, 'a list of values')
     return [value for each in values for value in changes_of({name: each}).values()]

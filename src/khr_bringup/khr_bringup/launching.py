@@ -208,7 +208,7 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
 def switch(name: str, text: str) -> bool:
     """Read an argument that is true or false."""
     if text.lower() not in ('true', 'false'):
-        raise KhrError(f'{name}: {text!r} is not accepted; accepted: true | false')
+        raise KhrError.refused(name, text, 'true | false')
     return text.lower() == 'true'
 
 

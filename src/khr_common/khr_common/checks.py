@@ -58,4 +58,4 @@ def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
 def integer(name: str, value: int, low: int, high: int) -> None:
     """Refuse an integer outside [low, high]."""
     if not low <= value <= high:
-        raise KhrError(f'{name}: {value} is not accepted; accepted: integer in [{low}, {high}]')
+        raise KhrError.refused(name, value, f'integer in [{low}, {high}]')

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from khr_common import ParameterError, build, parameter, specifications
-from khr_common.errors import KhrError, named, quoted
+from khr_common.errors import KhrError, named
 from khr_common.interfaces import JOINTS, REGIONS
 from khr_common.published import AD_STEP
 from khr_common.strict_yaml import read_file, read_yaml
@@ -203,9 +203,7 @@ def _read(table: type[Table], data: Any, where: str) -> Table:
 
 def _mapping(data: Any, keys: Sequence[str], where: str) -> dict[str, Any]:
     if not isinstance(data, dict) or set(data) != set(keys):
-        raise KhrError(
-            f'{where}: {quoted(data)} is not accepted; accepted: a mapping of {", ".join(keys)}'
-        )
+        raise KhrError.refused(where, data, f'a mapping of {", ".join(keys)}')
     return data
 
 

@@ -46,7 +46,7 @@ def time_grid(duration: float, step: float) -> Array:
     positive('duration', duration)
     positive('step', step)
     if step > duration:
-        raise KhrError(f'step: {step!r} is not accepted; accepted: (0, {duration:g}]')
+        raise KhrError.refused('step', step, f'(0, {duration:g}]')
     count = math.floor(duration / step * (1.0 + 1e-12)) + 1
     return step * np.arange(count, dtype=np.float64)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
-from khr_common.errors import KhrError, named, quoted
+from khr_common.errors import KhrError, named
 from khr_common.parameters import Specification
 from khr_common.strict_yaml import LARGEST_INTEGER
 
@@ -58,9 +58,8 @@ def parameter_named(where: str, name: Any) -> Specification:
     """
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
-        raise KhrError(
-            f'{where}: {quoted(name)} is not accepted; accepted: node.parameter with '
-            f'one of the nodes {", ".join(registry())}'
+        raise KhrError.refused(
+            where, name, f'node.parameter with one of the nodes {", ".join(registry())}'
         )
     known = specifications(table_of(node))
     if key not in known:
@@ -146,4 +145,4 @@ def _steps(
 
 def refuse(where: str, value: Any, accepted: str | None) -> NoReturn:
     """Raise a KhrError that names the place, the value and the accepted values."""
-    raise KhrError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
+    raise KhrError.refused(where, value, str(accepted))

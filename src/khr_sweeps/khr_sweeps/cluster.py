@@ -49,9 +49,7 @@ class Scheduler:
             if place.scheme != scheme or not place.hostname or not place.port:
                 raise ValueError
         except ValueError as error:
-            raise KhrError(
-                f'--scheduler: {self.address!r} is not accepted; accepted: {scheme}://HOST:PORT'
-            ) from error
+            raise KhrError.refused('--scheduler', self.address, f'{scheme}://HOST:PORT') from error
         for path in self.files:
             _check_credential(path)
 

@@ -52,9 +52,7 @@ class Pool(Protocol):
 def check_workers(workers: int | None, option: str = '--workers') -> int:
     """Return the number of workers; None is one for each core that this process may use."""
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise KhrError(
-            f'{option}: {workers} is not accepted; accepted: integer in [1, {MOST_WORKERS}]'
-        )
+        raise KhrError.refused(option, workers, f'integer in [1, {MOST_WORKERS}]')
     return workers or min(len(os.sched_getaffinity(0)), MOST_WORKERS)
 
 

@@ -84,9 +84,7 @@ class Gait:
             GaitError: if the motion does not have this cycle.
         """
         if not 1 <= number <= len(self._cycles):
-            raise GaitError(
-                f'cycle: {number} is not accepted; accepted: integer in [1, {len(self._cycles)}]'
-            )
+            raise GaitError.refused('cycle', number, f'integer in [1, {len(self._cycles)}]')
         return self._cycles[number - 1]
 
 

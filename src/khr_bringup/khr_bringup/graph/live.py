@@ -94,9 +94,8 @@ def set_parameter(
         try:
             parameter = Parameter(name, value=value)
         except (TypeError, ValueError, AssertionError) as error:
-            raise KhrError(
-                f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like '
-                f'{before.as_yaml}'
+            raise KhrError.refused(
+                f'{node}: {name}', value, f'a value like {before.as_yaml}'
             ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:

@@ -160,7 +160,7 @@ def _entry(values: Any) -> RunEntry:
 def check_domain(domain: int | None) -> None:
     """Check that a number is a valid ROS domain."""
     if domain is not None and domain not in DOMAINS:
-        raise KhrError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
+        raise KhrError.refused('--domain', domain, f'1 to {DOMAINS[0]}')
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from khr_analysis.outcome import MONITOR, OBSERVED, SENSED
 from khr_analysis.run_phase import RUN_PHASE
 from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError, quoted
+from khr_common.errors import KhrError
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     CLOCK,
@@ -99,7 +99,7 @@ def driver_of(text: str, option: str) -> Driver:
     """Find a driver, given as PACKAGE/EXECUTABLE."""
     package, _, name = text.partition('/')
     if not (package and name) or '/' in name:
-        raise KhrError(f'{option}: {quoted(text)} is not accepted; accepted: PACKAGE/EXECUTABLE')
+        raise KhrError.refused(option, text, 'PACKAGE/EXECUTABLE')
     node = registry().get(name)
     if node is not None and node.spec.package == package:
         if not node.spec.drives:
@@ -140,8 +140,7 @@ def _stated(prefix: Path, package: str, name: str) -> tuple[Topic, ...]:
         return OF_BOARD
     known = {topic.name: topic for each in registry().values() for topic in each.spec.publishes}
     if not isinstance(names, list) or not names or not all(each in known for each in names):
-        raise KhrError(
-            f'{file}: {name}: publishes: {quoted(names)} is not accepted; accepted: a list of '
-            f'{", ".join(sorted(known))}'
+        raise KhrError.refused(
+            f'{file}: {name}: publishes', names, f'a list of {", ".join(sorted(known))}'
         )
     return tuple(known[each] for each in names)

@@ -149,7 +149,7 @@ def write_ram(address: int, data: bytes) -> Packet:
 def move_servos(positions: Mapping[int, int], cycles: int = 1) -> Packet:
     """Return the command to move servos (by ICS number) within a number of output cycles."""
     if not 1 <= cycles <= 255:
-        raise KhrError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
+        raise KhrError.refused('cycles', cycles, '1 to 255')
     words = b''.join(_word(positions[ics]) for ics in sorted(positions))
     return Packet(Command.SERVOS, servo_map(positions) + bytes((cycles,)) + words)
 
@@ -167,7 +167,7 @@ def servos_of(bits: bytes) -> list[int]:
 
 def _word(value: int) -> bytes:
     if not 0 <= value <= 0xFFFF:
-        raise KhrError(f'word: {value} is not accepted; accepted: 0 to 65535')
+        raise KhrError.refused('word', value, '0 to 65535')
     return value.to_bytes(2, 'little')
 
 

@@ -103,13 +103,10 @@ class Mixing:
     def of_ad(cls, channel: int, factor: int) -> Mixing:
         """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit."""
         if not 0 <= channel < AD_CHANNELS:
-            raise KhrError(
-                f'AD channel: {channel} is not accepted; accepted: 0 to {AD_CHANNELS - 1}'
-            )
+            raise KhrError.refused('AD channel', channel, f'0 to {AD_CHANNELS - 1}')
         if type(factor) is not int or abs(factor) > LARGEST_RATIO:
-            raise KhrError(
-                f'mixing ratio: {factor!r} is not accepted; accepted: an integer '
-                f'from -{LARGEST_RATIO} to {LARGEST_RATIO}'
+            raise KhrError.refused(
+                'mixing ratio', factor, f'an integer from -{LARGEST_RATIO} to {LARGEST_RATIO}'
             )
         return cls(0x4000 | AD_VALUES + 2 * channel, (0x80 if factor < 0 else 0) | abs(factor))
 
@@ -174,5 +171,5 @@ def record_address(ics: int) -> int:
 def check_ics(ics: int) -> int:
     """Check and return an ICS number: 2 ID on SIO1 to 4, 2 ID + 1 on SIO5 to 8."""
     if not 0 <= ics < ICS_NUMBERS:
-        raise KhrError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')
+        raise KhrError.refused('ICS number', ics, f'0 to {ICS_NUMBERS - 1}')
     return ics

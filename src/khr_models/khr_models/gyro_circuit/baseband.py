@@ -63,7 +63,7 @@ class Baseband:
             rad/s: the output voltage over the static sensitivity.
         """
         if not math.isfinite(rate):
-            raise KhrError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')
+            raise KhrError.refused('rate', rate, '(-inf, inf) rad/s')
         (decay_1, drive_1, read_1, _), (decay_2, drive_2, read_2, _) = self._modes
         envelope = read_1 * self._upper + read_2 * self._lower
         self._output = self._fade * self._output + envelope.real + self._direct * rate

@@ -134,9 +134,10 @@ def simulate(
     """
     positive('duration', duration, 's')
     if not (isinstance(steps_per_cycle, int) and steps_per_cycle > 4):
-        raise KhrError(
-            f'steps_per_cycle: {steps_per_cycle!r} is not accepted; accepted: integer '
-            f'in [5, inf) (the Nyquist rate of twice the carrier is 4)'
+        raise KhrError.refused(
+            'steps_per_cycle',
+            steps_per_cycle,
+            'integer in [5, inf) (the Nyquist rate of twice the carrier is 4)',
         )
     step = 1.0 / (circuit.carrier_frequency * steps_per_cycle)
     count = round(duration / step) + 1
@@ -197,7 +198,7 @@ def _thermal_force(
     circuit: Circuit, temperature: float, step: float, count: int, seed: int
 ) -> Array | float:
     if temperature < 0.0 or not math.isfinite(temperature):
-        raise KhrError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
+        raise KhrError.refused('temperature', temperature, '[0, inf) K')
     if temperature == 0.0:
         return 0.0
     deviation = math.sqrt(2.0 * BOLTZMANN * temperature * circuit.sense_damping / step)

@@ -220,9 +220,10 @@ def solve_loop(published: PublishedLoop, natural_frequency: float) -> LoopSoluti
     """
     finite('natural_frequency', natural_frequency)
     if natural_frequency <= published.frequencies[1]:
-        raise KhrError(
-            f'natural_frequency: {natural_frequency!r} is not accepted; accepted: above '
-            f'{published.frequencies[1]!r}, the higher published frequency'
+        raise KhrError.refused(
+            'natural_frequency',
+            natural_frequency,
+            f'above {published.frequencies[1]!r}, the higher published frequency',
         )
     first, second = (
         math.sqrt(1.0 - (frequency / natural_frequency) ** 2)
@@ -256,9 +257,7 @@ def solve_for_unit(published: PublishedLoop, gain_unit: float) -> LoopSolution:
     low, high = (published.frequencies[1] * factor for factor in (1.0 + 1e-9, HIGHEST))
     units = [solve_loop(published, frequency).gain_unit for frequency in (low, high)]
     if not units[1] <= gain_unit <= units[0]:
-        raise KhrError(
-            f'gain_unit: {gain_unit!r} is not accepted; accepted: [{units[1]:.3g}, {units[0]:.3g}]'
-        )
+        raise KhrError.refused('gain_unit', gain_unit, f'[{units[1]:.3g}, {units[0]:.3g}]')
     return solve_loop(
         published,
         float(brentq(lambda f: solve_loop(published, f).gain_unit - gain_unit, low, high)),

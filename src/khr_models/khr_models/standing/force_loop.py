@@ -113,7 +113,7 @@ class StandingLoop:
         positive('gyro_time', self.gyro_time)
         positive('period', self.period)
         if self.delay not in (0, 1):
-            raise KhrError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1')
+            raise KhrError.refused('delay', self.delay, '0, 1')
 
     @cached_property
     def _plant(self) -> tuple[Array, Array]:

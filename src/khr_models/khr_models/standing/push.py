@@ -52,7 +52,7 @@ class ForcePulse:
     def __post_init__(self) -> None:
         finite('force', self.force)
         if not self.duration > 0.0:
-            raise KhrError(f'duration: {self.duration!r} is not accepted; accepted: (0, inf]')
+            raise KhrError.refused('duration', self.duration, '(0, inf]')
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class PushLoop:
         finite('gain', self.gain)
         positive('period', self.period)
         if self.delay < 0:
-            raise KhrError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1, 2, ...')
+            raise KhrError.refused('delay', self.delay, '0, 1, 2, ...')
         inclination_within(self.inclination)
         within('initial_lean', self.initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
         one_of('form', self.form, FORMS)

@@ -177,9 +177,7 @@ def look_of(width: int, height: int, rate: float, panels: int = 1) -> Look:
     """Return the look of a film with some panels; refuse sizes that cannot be written."""
     for name, value, most in (('width', width, WIDEST // panels), ('height', height, WIDEST)):
         if not 64 <= value <= most or value % 2:
-            raise KhrError(
-                f'--{name}: {value} is not accepted; accepted: even integer in [64, {most}] px'
-            )
+            raise KhrError.refused(f'--{name}', value, f'even integer in [64, {most}] px')
     if not 1.0 <= rate <= 60.0:
         raise KhrError(f'--rate: {rate:g} is not accepted; accepted: [1, 60] per s')
     return Look(width, height, rate)

@@ -239,7 +239,7 @@ def set_columns(figure: Figure, columns: int) -> None:
         KhrError: for another number than 1 or 2.
     """
     if columns not in COLUMN_WIDTHS:
-        raise KhrError(f'--columns: {columns} is not accepted; accepted: 1 | 2')
+        raise KhrError.refused('--columns', columns, '1 | 2')
     if columns == 1:
         _stack(figure)
     else:

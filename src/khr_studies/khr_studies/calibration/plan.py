@@ -195,9 +195,7 @@ def _check_robots(path: Path, plan: CalibrationPlan) -> None:
     accepted = robot_names()
     for name in plan.robots:
         if name not in accepted:
-            raise KhrError(
-                f'{path}: robots: {quoted(name)} is not accepted; accepted: {", ".join(accepted)}'
-            )
+            raise KhrError.refused(f'{path}: robots', name, ', '.join(accepted))
         try:
             plan.constants_of_robot(name)
         except KhrError as error:

@@ -139,7 +139,7 @@ def limit_text(title: str, limit: Limit) -> str:
 def check_file(file: Path) -> None:
     """Raise a :class:`KhrError` unless :func:`write_limit` can write a file of this name."""
     if file.suffix not in ('.csv', '.json'):
-        raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.json')
+        raise KhrError.refused('--out', str(file), 'FILE.csv or FILE.json')
 
 
 def write_limit(limit: Limit, file: Path) -> None:

@@ -196,6 +196,4 @@ def numbers(name: str, text: str) -> list[float]:
     try:
         return [float(word) for word in text.split(',')]
     except ValueError:
-        raise KhrError(
-            f'{name}: {text!r} is not accepted; accepted: numbers, separated by commas'
-        ) from None
+        raise KhrError.refused(name, text, 'numbers, separated by commas') from None

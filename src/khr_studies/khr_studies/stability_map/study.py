@@ -236,10 +236,7 @@ def stability_map(
     request = request_of(results)
     for option, name in (('--x', x), ('--y', y)):
         if name not in request['axes'] or x == y:
-            raise KhrError(
-                f'{option}: {name!r} is not accepted; accepted: two of '
-                f'{", ".join(request["axes"])}'
-            )
+            raise KhrError.refused(option, name, f'two of {", ".join(request["axes"])}')
     runs = run_table(results.to_pylist())
     for name, value in where.items():
         _check_where(name, value, request['axes'], (x, y))

@@ -183,7 +183,7 @@ def export(
     file = out or Path(f'{folder.resolve().name}.csv')
     writers = {'.csv': pyarrow.csv.write_csv, '.parquet': pyarrow.parquet.write_table}
     if file.suffix not in writers:
-        raise KhrError(f'--out: {str(file)!r} is not accepted; accepted: FILE.csv or FILE.parquet')
+        raise KhrError.refused('--out', str(file), 'FILE.csv or FILE.parquet')
     loaded = load(recording_named(str(run)), namespace=namespace)
     table = loaded.table()
     if file.suffix == '.csv':  # one column for each signal, with its unit and angles in deg

@@ -59,9 +59,7 @@ def figure(
 
     asked = registry.expand_numbers(numbers)
     if len(asked) > 1 and out.suffix in PICTURES:
-        raise KhrError(
-            f'--out: {str(out)!r} is not accepted; accepted: a folder, for {len(asked)} figures'
-        )
+        raise KhrError.refused('--out', str(out), f'a folder, for {len(asked)} figures')
     runs = registry.run_experiments(asked, fast, engine, robot)
     console = Console(stderr=True)
     for place, number in enumerate(asked, 1):
