@@ -10,7 +10,8 @@ from khr_analysis.outcome import RIDES
 from khr_bringup.scenario.scenario import load_scenario
 from khr_studies.measuring.experiments import Run
 from khr_studies.reproduction.findings import Findings
-from khr_studies.reproduction.reproduce import FigureResult, Reproduction
+from khr_studies.reproduction.pictures import FigureResult
+from khr_studies.reproduction.reproduce import Reproduction
 from khr_studies.scoreboard.study import compare
 from khr_studies.stability_map.study import MapResult
 from tests.fakes.benches import Thesis

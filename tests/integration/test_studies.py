@@ -15,9 +15,10 @@ from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import LIMITS
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
+from khr_studies.reproduction.experiment_plan import MAP, SCOREBOARD, parse_plan
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.findings_page import findings_markdown
-from khr_studies.reproduction.reproduce import MAP, SCOREBOARD, Computed, parse_plan, reproduce
+from khr_studies.reproduction.reproduce import Computed, reproduce
 from khr_studies.scoreboard.page import scoreboard_markdown
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.thesis_figures.registry import FIGURES, paths

@@ -15,7 +15,8 @@ from khr_studies.measuring.experiments import Runs, group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.peak_origin import page as peak_origin_page
 from khr_studies.reproduction import findings_page
-from khr_studies.reproduction.reproduce import FigureResult, Reproduction
+from khr_studies.reproduction.pictures import FigureResult
+from khr_studies.reproduction.reproduce import Reproduction
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.stability_map import page as map_page
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -14,8 +14,6 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from khr_bringup.code_version import code_version, versions_of_run
-from khr_common.checks import one_of
-from khr_common.errors import KhrError
 from khr_report.output import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
@@ -24,17 +22,12 @@ from khr_studies.measuring.condition import with_engine
 from khr_studies.measuring.consistency import check, experiment_runs, ragged_limits
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
-from khr_studies.measuring.experiments import (
-    OpenSweep,
-    Runs,
-    experiment_files,
-    folder_of,
-    runs_by_name,
-)
+from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
 from khr_studies.measuring.kept_pool import version_of_study
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
 from khr_studies.peak_origin.study import LINE_11, PeakStudy, measure_line_11, study
+from khr_studies.reproduction.experiment_plan import SCOREBOARD, ExperimentPlan
 from khr_studies.reproduction.findings import (
     Findings,
     compare_friction,
@@ -43,18 +36,22 @@ from khr_studies.reproduction.findings import (
     distinct,
     experiment_table,
 )
+from khr_studies.reproduction.pictures import (
+    FigureResult,
+    Started,
+    error_line,
+    start_figure,
+    start_map,
+)
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
-from khr_studies.stability_map.page import draw_map
 from khr_studies.stability_map.study import INCLINATION, MapResult, map_result
-from khr_studies.thesis_figures.registry import FIGURES, draw, paths
-from khr_sweeps.pool import Pool, check_workers, local_pool
+from khr_studies.thesis_figures.registry import FIGURES
+from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.specification import Sweep
 
-SCOREBOARD = 'scoreboard'
-MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 LINES = 'lines'  # experiment on the origin of the spectral peaks
 # Of the scoreboard: seeds, tolerance of each bisection, deg, inclinations of its curve, deg.
 FULL, FAST = (3, 0.2, STAGE_1_GRID), (1, 0.8, (0.0, 3.0, 6.0))
@@ -62,118 +59,6 @@ LIMIT_RUNS = 5  # of a bisection, about
 LIBRARIES = ('scipy', 'matplotlib')
 
 Result = TypeVar('Result')
-
-
-@dataclass(frozen=True)
-class ExperimentPlan:
-    """The parts of a reproduction."""
-
-    figures: tuple[str, ...]  # numbers of the figures, in the order of the registry
-    maps: tuple[str, ...]  # names of experiments that are drawn as stability maps
-    scoreboard: bool  # whether the scoreboard is measured
-    fast: bool  # whether to compute the quick and coarse form
-    command: str  # the command with the same plan
-    engine: str = engines.DEFAULT  # physics engine
-
-    @property
-    def experiments(self) -> tuple[str, ...]:
-        """Return the names of all required experiments, without repetition."""
-        of_figures = (name for number in self.figures for name in FIGURES[number].experiments)
-        return tuple(dict.fromkeys((*of_figures, *self.maps)))
-
-
-def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> ExperimentPlan:
-    """Parse the names of parts, separated by commas; None stands for everything."""
-    maps = [name for name in experiment_files() if name.startswith(MAP)]
-    every = (*FIGURES, *maps, SCOREBOARD)
-    names = every if only is None else tuple(name.strip() for name in only.split(','))
-    for name in names:
-        if name not in every:
-            raise KhrError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
-    one_of('--engine', engine, [*engines.LIBRARIES])
-    return ExperimentPlan(
-        tuple(number for number in FIGURES if number in names),
-        tuple(name for name in maps if name in names),
-        SCOREBOARD in names,
-        fast,
-        'khr reproduce'
-        + (f' --only {only}' if only else '')
-        + ' --fast' * fast
-        + engine_option(engine),
-        engine,
-    )
-
-
-def engine_option(engine: str) -> str:
-    """Return the option of a command for a physics engine; empty for the default one."""
-    return f' --engine {engine}' if engine != engines.DEFAULT else ''
-
-
-@dataclass(frozen=True)
-class FigureResult:
-    """One figure of a reproduction."""
-
-    number: str  # of the figure in the thesis, or the name of a figure that the thesis lacks
-    title: str  # one line
-    # image, points: the PNG, and the CSV file of its points; missing after an error
-    image: Path
-    points: Path
-    command: str  # draws the figure
-    # names of the experiments shown; empty if it is drawn from models
-    experiments: tuple[str, ...]
-    error: str = ''  # reason if it could not be drawn, else empty
-
-    def after(self, drawn: Future[Any]) -> FigureResult:
-        """Wait for the worker that draws it; an error of it becomes part of the result."""
-        try:
-            drawn.result()
-        except Exception as error:
-            return replace(self, error=error_line(error))
-        return self
-
-
-Started = tuple[FigureResult, Future[Any]]  # a figure that a worker is drawing
-
-
-def start_figure(pool: Pool, plan: ExperimentPlan, number: str, out: Path) -> Started:
-    """Start drawing a figure into a folder, to which the workers need access."""
-    drawing, fast, engine = FIGURES[number], plan.fast, plan.engine
-    figure = FigureResult(
-        number,
-        drawing.title,
-        *paths(number, out, engine),
-        f'khr figure {number}' + ' --fast' * fast + engine_option(engine),
-        drawing.experiments,
-    )
-    return _start(pool, figure, _draw_figure, number, out.absolute(), fast, engine)
-
-
-def start_map(pool: Pool, plan: ExperimentPlan, sweep: Sweep, out: Path) -> Started:
-    """Start drawing a stability map over the first two axes of an experiment."""
-    x, y = list(sweep.axes)[:2]
-    image = out / f'{sweep.name}.png'
-    folder = folder_of(sweep.name, plan.fast, plan.engine)
-    command = f'khr map {folder} --x {x} --y {y}'
-    points = image.with_suffix('.csv')
-    figure = FigureResult(sweep.name, sweep.title, image, points, command, (sweep.name,))
-    return _start(pool, figure, draw_map, folder.absolute(), x, y, image.absolute())
-
-
-def error_line(error: Exception) -> str:
-    """Format an error as one line; user errors are shown without their type."""
-    text = ' '.join(str(error).split())
-    return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
-
-
-def _start(pool: Pool, figure: FigureResult, job: Callable[..., Any], *arguments: Any) -> Started:
-    for path in (figure.image, figure.points):
-        path.unlink(missing_ok=True)  # files of an earlier reproduction
-    return figure, pool.submit(job, *arguments)
-
-
-def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:
-    runs = runs_by_name(FIGURES[number].experiments, fast, engine)
-    draw(number, out, runs, fast, engine=engine)
 
 
 @dataclass(frozen=True)

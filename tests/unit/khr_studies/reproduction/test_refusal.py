@@ -6,7 +6,8 @@ from khr_common import RunError
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import STAGE_2
 from khr_studies.reproduction import page, reproduce
-from khr_studies.reproduction.reproduce import Computed, parse_plan
+from khr_studies.reproduction.experiment_plan import parse_plan
+from khr_studies.reproduction.reproduce import Computed
 
 STANDS = {'source': 'a row of the scoreboard', **STAGE_2.columns(7.6, 0), 'stayed_up': True}
 FALLS = {**STANDS, 'source': 'a limit of the scoreboard', 'stayed_up': False}

@@ -90,7 +90,7 @@ def reproduce(
     """Repeat every experiment of the thesis, draw every figure, and write one page."""
     from khr_common.errors import INTERRUPTED
     from khr_studies.reproduction import page
-    from khr_studies.reproduction.reproduce import parse_plan
+    from khr_studies.reproduction.experiment_plan import parse_plan
     from khr_studies.reproduction.reproduce import reproduce as run_all
     from khr_sweeps.sweep import report_lost
 
