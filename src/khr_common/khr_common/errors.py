@@ -18,7 +18,7 @@ class KhrError(Exception):
 
     @classmethod
     def refused(cls, name: str, value: object, accepted: str) -> Self:
-        """Return the error of a value that is not accepted, with what is accepted instead."""
+        """Return an error that names a value and the accepted values."""
         return cls(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
 
 

@@ -34,8 +34,8 @@ def move(
 ) -> tuple[Array, Array]:
     """Return position (m) and velocity (m/s) at each sample of the force.
 
-    Written as one complex pole p = -a + j w with x = Im(q)/w, where q' = p q + F/m. So both
-    position and velocity come out of one recurrence, whose free motion is exact for any step.
+    Written as one complex pole p = -a + j w with x = Im(q)/w, where q' = p q + F/m. So one
+    recurrence gives both position and velocity; its free motion is exact for any step.
 
     Exact at the samples for any force that is, from sample to sample, a sinusoid of
     frequency ``tone`` through both; for a carrier that is slowly modulated the error is of

@@ -86,7 +86,7 @@ def page_text(module: str, name: str = '', **values: Any) -> str:
     In the template ``x | f('.2f')`` formats a number; a list of blocks is joined.
 
     Args:
-        module: ``__name__`` of a module ``page``, whose template is ``page.md.j2`` beside it.
+        module: ``__name__`` of a module ``page``; its template ``page.md.j2`` is beside it.
         name: of the template, if it is another.
         values: by their names in the template.
     """

@@ -238,7 +238,7 @@ def over_time(
     Args:
         runs: by name.
         spectrograms: of runs, by title, from :func:`spectrogram`.
-        gait: whose swings of the feet are shaded.
+        gait: its swings of the feet are shaded.
         events: to mark.
 
     Returns:
