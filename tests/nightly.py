@@ -106,7 +106,6 @@ BY_NIGHT = {
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[5.7-7.0': 'the same of 5.6, drawn by the same function',
     'tests/unit/khr_studies/thesis_figures/test_figures_of_runs.py::test_a_figure_is_whole_and_has_its_panels_whoever_falls[5.9-7.0': 'the same of 5.8, drawn by the same function',
     'tests/unit/khr_studies/third_stage/test_stage3.py::test_a_plane_is_measured_once': 'a climb, and planes that are invented',
-    'tests/unit/khr_sweeps/test_bisection.py::test_each_line_is_bisected': 'limits in rounds that are invented; one by the Python API',
     'tests/unit/test_import_contracts.py::test_every_contract_notices': 'make lint, where all are kept',
 }  # fmt: skip
 
