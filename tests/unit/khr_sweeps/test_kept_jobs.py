@@ -41,38 +41,20 @@ def test_a_job_is_computed_once_over_all_commands(tmp_path, capsys):
     assert capsys.readouterr().err == ''
 
 
-def test_a_bar_with_the_whole_total_counts_stored_results(tmp_path, monkeypatch):
-    shown = []
-    monkeypatch.setattr(ProgressBar, 'show', lambda bar, *_, **__: shown.append(bar._done))
-    for _ in range(2):
-        bar = ProgressBar('jobs', 6, final=True)
-        with KeptJobs(HerePool(), tmp_path, 'v', bar, {square: 3}) as kept:
-            kept.submit(square, 2).result()
-    assert bar._done == 3
-
-
 @pytest.mark.parametrize(
-    'other',
+    ('other', 'version'),
     [
-        (square, 3),
-        (cube, 2),
-        (square, 2, Condition()),
-        (square, 2, Condition(ankle_gain=12.0)),
-        (square, 2.0),
+        ((square, 3), 'v'),
+        ((cube, 2), 'v'),
+        ((square, 2, Condition(ankle_gain=12.0)), 'v'),
+        ((square, 2.0), 'v'),
+        ((square, 2), 'w'),
     ],
 )
-def test_another_job_is_not_taken_for_it(tmp_path, other):
+def test_another_job_is_not_taken_for_it(tmp_path, other, version):
     pool = HerePool()
-    with jobs(pool, tmp_path) as some:
-        some.submit(square, 2)
-        some.submit(*other)
-    assert pool.count == 2
-
-
-def test_another_version_is_computed_again(tmp_path):
-    pool = HerePool()
-    for version in 'vw':
-        submit(jobs(pool, tmp_path, version), square, 2)
+    submit(jobs(pool, tmp_path), square, 2)
+    submit(jobs(pool, tmp_path, version), *other)
     assert pool.count == 2
 
 
@@ -90,16 +72,11 @@ def test_results_keep_their_types(tmp_path):
 
     assert submit(jobs(HerePool(), tmp_path), measure, 'lift') == [row]
     (again,) = submit(jobs(None, tmp_path), measure, 'lift')
-    assert again == row and [type(value) for value in again.values()] == [
-        str,
-        bool,
-        int,
-        float,
-        type(None),
-    ]
+    assert again == row
+    assert list(map(type, again.values())) == list(map(type, row.values()))
 
 
-@pytest.mark.parametrize('value', [{'items': 1}, None, [1, 2], 'x'])
+@pytest.mark.parametrize('value', [{'items': 1}, None, 'x'])
 def test_a_result_of_another_type_is_computed_again(tmp_path, value):
     submit(jobs(HerePool(), tmp_path), square, 2)
     (file,) = tmp_path.iterdir()

@@ -25,14 +25,6 @@ def test_a_run_is_shown_before_anything_is_simulated(console):
     assert '4.20 of 11.55 s  x1.50  pitch rate 0.250 rad/s  peak 1.7 Hz' in shown
 
 
-def test_each_part_of_a_command_has_its_own_total(console):
-    with ProgressBar(unit='s', console=console) as bar:
-        bar.show('repeating', 1.0, 5.0)
-        bar.show('drawing', 2.0, 3.0)
-    assert 'repeating' in console.file.getvalue()
-    assert '2.00 of 3.00 s' in console.file.getvalue()
-
-
 def test_results_printed_beside_a_bar_go_to_stdout(console, capsys):
     with ProgressBar(total=5.0, console=console) as bar:
         bar.advance()

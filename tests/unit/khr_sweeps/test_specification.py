@@ -5,9 +5,6 @@ from itertools import islice
 
 import numpy as np
 import pytest
-import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.code_version import code_version
@@ -31,49 +28,7 @@ def trials(text, version='v'):
     return list(parse_sweep(text, 'mine.yaml').trials(version))
 
 
-def axis(values):
-    return yaml.safe_dump(list(values), default_flow_style=True, width=1000).strip()
-
-
-def unique_floats(low, high):
-    return st.lists(st.floats(low, high), min_size=1, max_size=4, unique=True)
-
-
 # ---- runs ----
-
-
-@given(unique_floats(-30.0, 30.0), unique_floats(0.0, 60.0), st.integers(1, 4))
-@settings(max_examples=15)
-def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, seeds):
-    every = trials(
-        f'{HEAD}seeds: {seeds}\n{TILT}grid:\n'
-        f'  simulator.inclination_deg: {axis(inclinations)}\n'
-        f'  ankle_controller.gain: {axis(gains)}\n'
-    )
-    points = [(*trial.point.values(), trial.seed) for trial in every]
-    assert sorted(points) == sorted(
-        (x, y, seed) for x in inclinations for y in gains for seed in range(seeds)
-    )
-    assert len({trial.id for trial in every}) == len(every)
-    for trial in every:
-        assert (
-            trial.scenario.table(AnkleControllerParameters).gain
-            == (trial.point['ankle_controller.gain'])
-        )
-        tables = (RunParameters, GyroParameters, FootForceParameters)
-        assert {trial.scenario.table(table).seed for table in tables} == {trial.seed}
-
-
-@given(st.integers(0, 100), st.integers(1, 40), st.integers(1, 60))
-def test_a_stepped_axis_holds_both_ends_and_no_rounding_errors(start, step, count):
-    stop = start + step * (count - 1)
-    sweep = parse_sweep(
-        f'{HEAD}grid:\n  monitor.walk_distance: {{start: {0.01 + start / 1000}, '
-        f'stop: {0.01 + stop / 1000}, step: {step / 1000}}}\n',
-        'mine.yaml',
-    )
-    values = sweep.axes['monitor.walk_distance'].values
-    assert list(values) == [round(0.01 + (start + step * n) / 1000, 10) for n in range(count)]
 
 
 def test_draws_lie_in_their_ranges_and_stay_when_more_are_asked_for():
@@ -101,14 +56,28 @@ def test_scenarios_and_cases_are_combined_with_every_point_and_every_seed():
     assert list(every[0].point) == ['scenario', 'case', 'ankle_controller.gain']
     assert [trial.seed for trial in every] == [0] * 8 + [1] * 8
     assert [trial.seed for trial in trials(HEAD + GRID)] == [None, None]
+    tables = (RunParameters, GyroParameters, FootForceParameters)
     for trial in every:
         point, scenario = trial.point, trial.scenario
+        assert {scenario.table(table).seed for table in tables} == {trial.seed}
         assert scenario.name == point['scenario']
         assert scenario.table(RunParameters).inclination_deg == (
             3.0 if point['scenario'] == 'walk_3deg' else 0.0
         )
         assert scenario.table(HipControllerParameters).enabled == (point['case'] == 'hips')
         assert scenario.table(AnkleControllerParameters).gain == point['ankle_controller.gain']
+
+
+@pytest.mark.parametrize(('start', 'step', 'count'), [(0, 1, 1), (0, 1, 60), (17, 7, 41)])
+def test_a_stepped_axis_holds_both_ends_and_no_rounding_errors(start, step, count):
+    stop = start + step * (count - 1)
+    sweep = parse_sweep(
+        f'{HEAD}grid:\n  monitor.walk_distance: {{start: {0.01 + start / 1000}, '
+        f'stop: {0.01 + stop / 1000}, step: {step / 1000}}}\n',
+        'mine.yaml',
+    )
+    values = sweep.axes['monitor.walk_distance'].values
+    assert list(values) == [round(0.01 + (start + step * n) / 1000, 10) for n in range(count)]
 
 
 def test_the_fast_form_replaces_what_stands_above():
@@ -122,20 +91,17 @@ def test_the_fast_form_replaces_what_stands_above():
     )
 
 
-@given(
-    st.lists(st.sampled_from(['stand_0deg', 'walk_3deg', 'lift_3.8deg']), min_size=1, unique=True),
-    st.booleans(),
-    st.booleans(),
-    st.integers(1, 2),
+@pytest.mark.parametrize('names', ['stand_0deg', '[lift_3.8deg, walk_3deg]'])
+@pytest.mark.parametrize(
+    'varied',
+    [
+        'cases: {a: {}, b: {simulator.control_period: 0.02}}\n',
+        'grid: {ankle_controller.gain: [6.0, 12.0], simulator.surface: [pads]}\n',
+    ],
+    ids=['cases', 'grid'],
 )
-@settings(max_examples=15)
-def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seeds):
-    text = (
-        f'scenario: {axis(names)}\nseeds: {seeds}\n{TILT}'
-        + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
-        + 'grid: {ankle_controller.gain: [6.0, 12.0], simulator.surface: [pads]}\n' * with_grid
-    )
-    sweep = parse_sweep(text, 'mine.yaml')
+def test_the_record_names_each_run_s_scenario(names, varied):
+    sweep = parse_sweep(f'scenario: {names}\nseeds: 2\n{TILT}{varied}', 'mine.yaml')
     record = json.loads(json.dumps(sweep.record()))
     for trial in sweep.trials('v'):
         again = scenario_at(record, trial.point, trial.seed)
@@ -157,21 +123,12 @@ def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seed
         ),
         (HEAD + 'cases: {a: {ankle_controller.gain: 99.0}}\n', ['cases: a', '99.0', '[0, 60]']),
         (HEAD + 'cases: {a: {ankle_controller.gain: 3.0}}\n' + GRID, ['case and swept']),
-        (HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}}\n' + TILT, ['case and set']),
-        (
-            HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}, b: {}}\nseeds: 2\n',
-            ['seeds', 'simulator.initial_tilt_deg', 'set'],
-        ),
         (HEAD + 'grid:\n  ankle_controller.gain: []\n', ['ankle_controller.gain', '[]', 'list']),
         (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 12]\n', ['12', '12.0']),
         (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 1.0]\n', ['1.0', 'once']),
         (
             HEAD + 'grid:\n  ankle_controller.gain: {start: 2.0, stop: 1.0, step: 1.0}\n',
             ['2.0', 'up to the stop'],
-        ),
-        (
-            HEAD + 'grid:\n  ankle_controller.gain: {start: 0.0, stop: 9.0, step: 1.0e-9}\n',
-            ['1e-09', 'at most'],
         ),
         (
             HEAD + 'grid:\n  ankle_controller.gain: {start: 0.0, stop: 3.0, step: 1.0e-320}\n',
@@ -187,6 +144,7 @@ def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seed
         (HEAD + 'seeds: 2\n' + TILT + 'grid:\n  gyro.seed: [1, 2]\n', ['gyro.seed', 'seeds']),
         (HEAD + TILT + GRID + 'seeds: 900000\n', ['1800000 runs', '1000000']),
         (HEAD + 'set:\n  ankle_controller.gain: 3.0\n' + GRID, ['set and swept']),
+        (HEAD + 'bisect: gait.cycles\n' + GRID, ["bisect: 'gait.cycles'", 'an axis of numbers']),
     ],
 )
 def test_mistakes_are_named(text, says):
@@ -214,21 +172,12 @@ def test_shipped_sweeps_are_accepted():
 # ---- identity of a run ----
 
 
-@pytest.mark.slow
-@given(st.floats(0.0, 60.0), st.floats(0.0, 60.0))
-@settings(max_examples=20)
-def test_a_run_is_its_parameters_and_the_code(first, second):
-    one, other = (
-        trials(f'{HEAD}grid:\n  ankle_controller.gain: {axis([gain])}\n')[0]
-        for gain in (first, second)
-    )
-    assert (one.id == other.id) == (first == second)
-    assert identity(complete(one.scenario), 'v') == one.id
+def test_a_run_is_its_parameters_and_the_code():
+    (one, other), again = trials(HEAD + GRID), trials(HEAD + GRID.replace('6.0, 12.0', '12.0'))[0]
+    assert one.id != other.id == again.id
     tilted = trials('scenario: lift_3.8deg\ngrid:\n  simulator.inclination_deg: [3.8, 6.0]\n')
-    assert [identity(complete(each.scenario), 'v') for each in tilted] == [
-        each.id
-        for each in tilted  # what follows from the inclination is part of it
-    ]
+    for each in (one, *tilted):  # what follows from the inclination is part of it
+        assert identity(complete(each.scenario), 'v') == each.id
     assert identity(complete(one.scenario), 'w') != one.id
 
 
