@@ -2,13 +2,12 @@
 
 Each mechanical axis is its series RLC analogue (force: voltage, velocity: current, displacement:
 charge), in units of force that keep the currents and voltages near one. The capacitances,
-the amplifier around C_FB and the RC are components; the solver, not khr_sim, derives V_out.
+the amplifier around C_FB and the RC are components; the solver, not khr_models, derives V_out.
 """
 
 import math
 
-from khr_common.checks import positive
-from khr_models.gyro_circuit.circuit import KRG4, Circuit
+from khr_models.gyro_circuit.circuit import KRG4, Circuit, Resonator
 
 DRIVE_FORCE_UNIT = 1e-6  # N per V of the drive axis' analogue
 SENSE_FORCE_UNIT = 1e-11  # N per V of the sense axis' analogue
@@ -29,12 +28,7 @@ def netlist(
         output: path of the file that ngspice writes.
         circuit: the constants.
         steps_per_cycle: ngspice's largest time step is this part of a carrier's cycle.
-
-    Raises:
-        KhrError: if the duration or the number of steps is not positive.
     """
-    positive('duration', duration, 's')
-    positive('steps_per_cycle', steps_per_cycle)
     step = 1.0 / (circuit.carrier_frequency * steps_per_cycle)
     return '\n'.join(
         [
@@ -62,36 +56,20 @@ def _mechanics(rate: str, circuit: Circuit) -> list[str]:
     return [
         f'Brate rate 0 V={rate}',
         f'Bdrive d1 0 V={force!r}*cos({turn})',
-        *_axis(
-            'drive',
-            'd',
-            circuit.mass,
-            circuit.drive_damping,
-            circuit.drive_stiffness,
-            DRIVE_FORCE_UNIT,
-        ),
+        *_axis('drive', 'd', circuit.drive, DRIVE_FORCE_UNIT),
         'Bvelocity drive_velocity 0 V=i(Vdrive)',
         f'Bcoriolis s1 0 V={coriolis!r}*v(drive_velocity)*v(rate)',
-        *_axis(
-            'sense',
-            's',
-            circuit.mass,
-            circuit.sense_damping,
-            circuit.sense_stiffness,
-            SENSE_FORCE_UNIT,
-        ),
+        *_axis('sense', 's', circuit.sense, SENSE_FORCE_UNIT),
         f'Bsense sense 0 V={SENSE_FORCE_UNIT / circuit.sense_stiffness!r}*v(s4)',
     ]
 
 
-def _axis(
-    name: str, node: str, mass: float, damping: float, stiffness: float, unit: float
-) -> list[str]:
+def _axis(name: str, node: str, axis: Resonator, unit: float) -> list[str]:
     return [
-        f'L{name} {node}1 {node}2 {mass / unit!r} ic=0',
-        f'R{name} {node}2 {node}3 {damping / unit!r}',
+        f'L{name} {node}1 {node}2 {axis.mass / unit!r} ic=0',
+        f'R{name} {node}2 {node}3 {axis.damping / unit!r}',
         f'V{name} {node}3 {node}4 0',
-        f'C{name} {node}4 0 {unit / stiffness!r} ic=0',
+        f'C{name} {node}4 0 {unit / axis.stiffness!r} ic=0',
     ]
 
 

@@ -26,20 +26,10 @@ circuits = st.builds(
 rates = st.floats(-20.0, 20.0)
 
 
-@pytest.mark.parametrize('frequency', [0.0, 1.0, 5.0, 20.0, 50.0])
+@pytest.mark.parametrize('frequency', [0.0, 5.0, 50.0])
 @pytest.mark.parametrize(('sample_period', 'held'), [(PERIOD, True), (0.001, False)])
 def test_both_levels_agree_within_one_percent(frequency, sample_period, held):
     assert disagreement(frequency, sample_period, held=held) < 0.01
-
-
-@pytest.mark.parametrize('frequency', [0.0, 1.0, 5.0, 20.0, 50.0])
-def test_a_narrow_low_pass_forgives_the_sampling(frequency):
-    circuit = dataclasses.replace(KRG4, bandwidth=2.0)
-    assert disagreement(frequency, PERIOD, held=False, circuit=circuit) < 0.01
-
-
-def test_a_wide_one_does_not():
-    assert disagreement(50.0, PERIOD, held=False) > 0.5
 
 
 def test_a_node_need_not_load_scipy():
@@ -48,11 +38,6 @@ def test_a_node_need_not_load_scipy():
         'sys.exit(any(name.startswith("scipy") for name in sys.modules))'
     )
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
-
-
-def test_agreement_refuses_a_bad_period():
-    with pytest.raises(KhrError, match='sample_period'):
-        disagreement(1.0, 0.0, held=True)
 
 
 @settings(max_examples=40)
@@ -83,14 +68,6 @@ def test_update_is_the_matrix_exponential_of_the_averaged_equations(circuit, per
         assert baseband.update(rate) == pytest.approx(state[4], rel=1e-6, abs=1e-6)
 
 
-@given(circuits, st.floats(0.005, 0.02))
-def test_a_constant_rate_is_reported_as_it_is(circuit, period):
-    baseband = Baseband(period, circuit)
-    for _ in range(math.ceil(30.0 * (circuit.time_constant + 1e-3) / period)):
-        reported = baseband.update(0.7)
-    assert reported == pytest.approx(0.7, rel=1e-9)
-
-
 def test_its_frequency_response_is_the_circuit_s_when_sampled_fast():
     period, frequency = 1e-5, 50.0
     baseband = Baseband(period)
@@ -100,10 +77,6 @@ def test_its_frequency_response_is_the_circuit_s_when_sampled_fast():
     turn = np.exp(1j * math.tau * frequency * ends[4000:])
     measured = 2.0 * np.mean(output[4000:] / turn)
     assert measured == pytest.approx(KRG4.response(frequency), abs=1e-4)
-
-
-def test_no_rate_gives_exactly_zero():
-    assert Baseband(PERIOD).update(0.0) == 0.0
 
 
 def test_a_changed_bandwidth_keeps_the_state():
@@ -116,15 +89,10 @@ def test_a_changed_bandwidth_keeps_the_state():
     assert slow == pytest.approx(math.exp(-math.tau * 2.0 * PERIOD), abs=1e-3)
 
 
-@pytest.mark.parametrize('sample_period', [0.0, -0.015, math.nan, math.inf])
-def test_a_bad_sample_period_is_refused(sample_period):
+def test_a_bad_period_or_rate_is_refused_and_leaves_the_state():
     with pytest.raises(KhrError, match=r'^sample_period: .*accepted: \(0, inf\) s'):
-        Baseband(sample_period)
-
-
-@pytest.mark.parametrize('rate', [math.nan, math.inf])
-def test_a_rate_that_is_not_finite_is_refused_and_leaves_the_state(rate):
+        Baseband(0.0)
     baseband = Baseband(PERIOD)
     with pytest.raises(KhrError, match=r'^rate: .*accepted: \(-inf, inf\)'):
-        baseband.update(rate)
+        baseband.update(math.nan)
     assert baseband.update(0.0) == 0.0

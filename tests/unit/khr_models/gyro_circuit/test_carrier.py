@@ -5,8 +5,6 @@ import subprocess
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from khr_common.errors import KhrError
 from khr_models.gyro_circuit.carrier import simulate, static_characteristic
@@ -18,35 +16,6 @@ def constant(rate):
     return lambda time: np.full_like(time, rate)
 
 
-def test_no_rate_gives_no_output():
-    waveforms = simulate(constant(0.0), 0.01)
-    assert not waveforms.sense.any()
-    assert not waveforms.carrier.any()
-    assert not waveforms.demodulated.any()
-    assert np.abs(waveforms.drive_velocity).max() == pytest.approx(KRG4.drive_speed, rel=1e-2)
-
-
-@settings(max_examples=20)
-@given(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), st.floats(1.0, 500.0))
-def test_output_is_linear_in_the_rate(a, b, frequency):
-    def wave(time):
-        return np.sin(math.tau * frequency * time)
-
-    one = simulate(constant(1.0), 0.005).demodulated
-    other = simulate(wave, 0.005).demodulated
-    both = simulate(lambda time: a + b * wave(time), 0.005).demodulated
-    np.testing.assert_allclose(both, a * one + b * other, rtol=0, atol=1e-12)
-
-
-def test_the_drive_settles_to_its_speed_in_phase_with_the_force():
-    waveforms = simulate(constant(0.0), 0.002)
-    expected = KRG4.drive_speed * np.cos(KRG4.carrier * waveforms.time)
-    late = waveforms.time > 0.001
-    np.testing.assert_allclose(
-        waveforms.drive_velocity[late], expected[late], rtol=0, atol=1e-9 * KRG4.drive_speed
-    )
-
-
 def test_static_characteristic_is_the_packaged_line():
     rates_deg = np.linspace(-300.0, 300.0, 7)
     millivolts = 1e3 * static_characteristic([math.radians(rate) for rate in rates_deg])
@@ -56,7 +25,7 @@ def test_static_characteristic_is_the_packaged_line():
     assert offset == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('steps_per_cycle', [5, 7, 64])
+@pytest.mark.parametrize('steps_per_cycle', [5, 64])
 def test_the_result_does_not_hang_on_the_step(steps_per_cycle):
     settled = static_characteristic([1.0], steps_per_cycle=steps_per_cycle)
     assert settled[0] == pytest.approx(KRG4.sensitivity, rel=1e-7)
@@ -75,7 +44,7 @@ def test_the_carrier_is_amplitude_modulated_by_the_rate():
     np.testing.assert_allclose(envelope.real, expected, rtol=0, atol=2e-3 * expected.max())
 
 
-@pytest.mark.parametrize('frequency', [1.0, 5.0, 20.0, 50.0])
+@pytest.mark.parametrize('frequency', [5.0, 50.0])
 def test_sinusoidal_rates_come_out_with_gain_and_phase_of_the_response(frequency):
     duration = 0.1 + 2.0 / frequency
     waveforms = simulate(lambda time: np.cos(math.tau * frequency * time), duration)
@@ -115,23 +84,17 @@ def test_noise_is_repeatable_and_its_seed_matters():
     assert not np.array_equal(run(1), run(2))
 
 
-@pytest.mark.parametrize('steps_per_cycle', [4, 2, 0, -8, 16.0])
-def test_a_carrier_below_its_nyquist_rate_is_refused(steps_per_cycle):
-    with pytest.raises(KhrError, match=r'^steps_per_cycle: .*accepted: integer in \[5, inf\)'):
-        simulate(constant(0.0), 0.001, steps_per_cycle=steps_per_cycle)
-
-
 @pytest.mark.parametrize(
     ('arguments', 'name'),
     [
-        ({'duration': 0.0}, 'duration'),
         ({'duration': math.nan}, 'duration'),
         ({'temperature': -1.0}, 'temperature'),
         ({'rate': constant(math.nan)}, 'rate'),
+        ({'steps_per_cycle': 4}, 'steps_per_cycle'),  # below the Nyquist rate
     ],
 )
-def test_other_bad_input_is_refused(arguments, name):
-    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: [(\[]'):
+def test_bad_input_is_refused(arguments, name):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: (integer in )?[(\[]'):
         simulate(**{'rate': constant(0.0), 'duration': 0.001, **arguments})
 
 
@@ -166,15 +129,14 @@ def run_ngspice(folder, rate, circuit):
 @pytest.mark.parametrize(
     ('expression', 'rate', 'circuit'),
     [
-        (sine(RATE, 200.0), lambda t: RATE * np.sin(math.tau * 200.0 * t), KRG4),
-        (repr(RATE), lambda t: np.full_like(t, RATE), KRG4),
+        (repr(RATE), constant(RATE), KRG4),
         (
             sine(RATE, 200.0),
             lambda t: RATE * np.sin(math.tau * 200.0 * t),
             dataclasses.replace(TABLE_III, sense_stiffness=0.08, bandwidth=500.0),
         ),
     ],
-    ids=['modulated', 'step from rest', 'nearly matched resonances'],
+    ids=['step from rest', 'modulated at nearly matched resonances'],
 )
 def test_waveforms_agree_with_ngspice(tmp_path, expression, rate, circuit):
     time, theirs = run_ngspice(tmp_path, expression, circuit)
@@ -185,21 +147,3 @@ def test_waveforms_agree_with_ngspice(tmp_path, expression, rate, circuit):
         other = np.interp(ours.time[inside], time, theirs[name])
         off = np.abs(mine - other).max() / np.abs(mine).max()
         assert off < TOLERANCE, f'{name}: {off:.1e} of its largest value'
-
-
-@needs_ngspice
-def test_ngspice_settles_to_the_packaged_sensitivity(tmp_path):
-    fast = dataclasses.replace(KRG4, bandwidth=500.0)
-    time, theirs = run_ngspice(tmp_path, repr(RATE), fast)
-    late = time > 0.009
-    mean = np.trapezoid(theirs['demodulated'][late], time[late]) / np.ptp(time[late])
-    assert 1e3 * mean / 300.0 == pytest.approx(0.67, rel=0.005)
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'name'),
-    [({'duration': 0.0}, 'duration'), ({'steps_per_cycle': 0}, 'steps_per_cycle')],
-)
-def test_bad_input_is_refused(arguments, name):
-    with pytest.raises(KhrError, match=rf'^{name}: '):
-        netlist('1', **{'duration': 0.01, 'output': 'x', **arguments})

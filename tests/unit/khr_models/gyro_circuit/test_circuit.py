@@ -1,12 +1,11 @@
-import cmath
 import dataclasses
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.integrate import solve_ivp
 
 from khr_common.errors import KhrError
 from khr_models.gyro_circuit.carrier import hold_tone, move
@@ -18,18 +17,6 @@ from khr_models.gyro_circuit.circuit import (
     Resonator,
     fit_sense_stiffness,
 )
-
-
-def test_table_iii_as_published():
-    assert (TABLE_III.mass, TABLE_III.drive_damping, TABLE_III.drive_stiffness) == (
-        1.678e-11,
-        8.5e-7,
-        0.07,
-    )
-    assert (TABLE_III.sense_damping, TABLE_III.sense_stiffness) == (0.5e-7, 0.2)
-    assert (TABLE_III.fingers, TABLE_III.permittivity) == (160, 8.854e-12)
-    assert (TABLE_III.finger_width, TABLE_III.finger_spacing) == (40e-6, 3e-6)
-    assert (TABLE_III.capacitance, TABLE_III.feedback_capacitance) == (3e-12, 4e-12)
 
 
 def test_resonances_by_hand():
@@ -63,7 +50,7 @@ def test_the_fit_meets_any_sensitivity_it_accepts(factor):
     assert fitted.sense_stiffness > TABLE_III.drive_stiffness
 
 
-@pytest.mark.parametrize('factor', [-1.0, 0.0, 100.0, math.nan])
+@pytest.mark.parametrize('factor', [0.0, 100.0, math.nan])
 def test_a_sensitivity_out_of_reach_is_refused(factor):
     with pytest.raises(KhrError, match=r'^sensitivity: .*accepted: \(0, '):
         fit_sense_stiffness(TABLE_III, factor * PACKAGED_SENSITIVITY)
@@ -84,7 +71,7 @@ def test_matched_resonances_show_the_sense_axis_as_a_second_low_pass():
 
 
 @pytest.mark.parametrize('name', [field.name for field in dataclasses.fields(Circuit)])
-@pytest.mark.parametrize('value', [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize('value', [0.0, math.nan])
 def test_values_that_are_not_positive_are_refused(name, value):
     with pytest.raises(KhrError, match=rf'^{name}: .* is not accepted; accepted: \(0, inf\)'):
         Circuit(**{name: value})
@@ -96,11 +83,6 @@ def test_values_that_are_not_positive_are_refused(name, value):
 def test_overdamped_axes_and_a_corner_near_the_carrier_are_refused(name, value):
     with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \(0, '):
         Circuit(**{name: value})
-
-
-def test_thermal_noise_refuses_no_temperature():
-    with pytest.raises(KhrError, match='temperature'):
-        KRG4.thermal_noise(0.0)
 
 
 resonators = st.builds(
@@ -130,23 +112,6 @@ def test_unforced_motion_is_the_closed_form(resonator, x, v):
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-16)
 
 
-@given(resonators, st.floats(-1.0, 1.0), st.floats(0.1, 1.0))
-def test_unforced_energy_falls_by_what_the_damper_takes(resonator, x, v):
-    step = steps(resonator, 200.0)
-    position, velocity = move(
-        resonator,
-        np.zeros(2001),
-        step,
-        1.0 / step,
-        x * 1e-6,
-        v * 1e-6 * resonator.natural_frequency,
-    )
-    energy = 0.5 * (resonator.mass * velocity**2 + resonator.stiffness * position**2)
-    assert (np.diff(energy) <= 1e-12 * energy[0]).all()
-    taken = cumulative_simpson(resonator.damping * velocity**2, dx=step, initial=0.0)
-    np.testing.assert_allclose(energy + taken, energy[0], rtol=1e-4)
-
-
 @given(resonators, st.floats(0.1, 3.0), st.floats(0.0, math.tau))
 def test_a_tone_settles_to_gain_and_phase_of_the_response(resonator, detuning, phase):
     tone = detuning * resonator.natural_frequency
@@ -163,16 +128,6 @@ def test_a_tone_settles_to_gain_and_phase_of_the_response(resonator, detuning, p
     np.testing.assert_allclose(
         speed[last], (1j * tone * answer * turn).real[last], rtol=0, atol=1e-9 * abs(tone * answer)
     )
-
-
-def test_at_resonance_velocity_is_force_over_damping_and_in_phase():
-    resonator = Resonator(2.0, 0.5, 8.0)
-    w = resonator.natural_frequency
-    assert w == pytest.approx(2.0)
-    assert resonator.quality == pytest.approx(8.0)
-    assert 1j * w * resonator.response(1j * w) == pytest.approx(1.0 / 0.5)
-    assert cmath.phase(resonator.response(1j * w)) == pytest.approx(-math.pi / 2.0)
-    assert resonator.response(0.0) == pytest.approx(1.0 / 8.0)
 
 
 def test_modulated_force_from_rest_agrees_with_an_integrator():
@@ -201,43 +156,22 @@ def test_modulated_force_from_rest_agrees_with_an_integrator():
     np.testing.assert_allclose(moved, solution.y[0], rtol=0, atol=1e-3 * np.abs(moved).max())
 
 
-@settings(max_examples=30)
-@given(st.complex_numbers(max_magnitude=1e5).filter(lambda p: p.real < -1.0))
-def test_the_recurrence_never_grows(pole):
-    decay, _ = hold_tone(pole, 1e-5, 1e4)
-    assert abs(decay) < 1.0
-
-
-@pytest.mark.parametrize('pole', [1j, 1.0, complex(math.nan, 0.0)])
-def test_an_unstable_recurrence_is_refused(pole):
-    with pytest.raises(KhrError, match=r'pole: .*accepted: a real part in \(-inf, 0\)'):
-        hold_tone(pole, 1e-5, 1e4)
-
-
 @pytest.mark.parametrize(
-    ('step', 'tone', 'name'),
+    ('pole', 'step', 'tone', 'name'),
     [
-        (0.0, 1.0, 'step'),
-        (math.nan, 1.0, 'step'),
-        (1e-5, math.pi / 1e-5, 'tone'),
-        (1e-5, 0.0, 'tone'),
-        (1e-5, -1.0, 'tone'),
+        (1j, 1e-5, 1e4, 'pole'),
+        (-1.0 + 0j, math.nan, 1.0, 'step'),
+        (-1.0 + 0j, 1e-5, math.pi / 1e-5, 'tone'),
     ],
 )
-def test_a_tone_sampled_below_its_nyquist_rate_is_refused(step, tone, name):
-    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
-        hold_tone(-1.0 + 0j, step, tone)
+def test_growth_and_a_tone_sampled_below_its_nyquist_rate_are_refused(pole, step, tone, name):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: '):
+        hold_tone(pole, step, tone)
 
 
 @pytest.mark.parametrize(
     ('values', 'name'),
-    [
-        ((0.0, 1.0, 1.0), 'mass'),
-        ((1.0, -0.1, 1.0), 'damping'),
-        ((1.0, 2.0, 1.0), 'damping'),
-        ((1.0, 1.0, -1.0), 'stiffness'),
-        ((math.inf, 1.0, 1.0), 'mass'),
-    ],
+    [((0.0, 1.0, 1.0), 'mass'), ((1.0, 2.0, 1.0), 'damping'), ((1.0, 1.0, -1.0), 'stiffness')],
 )
 def test_impossible_axes_are_refused(values, name):
     with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
