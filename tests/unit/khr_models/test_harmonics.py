@@ -15,7 +15,6 @@ from khr_models.pendulum import GRAVITY, Pendulum
 
 DEG = math.pi / 180.0
 P = Pendulum()
-forms = pytest.mark.parametrize('form', ['published', 'physical'])
 
 
 @given(
@@ -32,24 +31,6 @@ def test_series_and_integration_agree_to_the_next_power(amplitude, inclination, 
     assert exact.second == pytest.approx(series.second, rel=4.0 * amplitude**2, abs=1e-10)
     assert exact.third == pytest.approx(series.third, rel=4.0 * amplitude**2, abs=1e-10)
     assert exact.mean == pytest.approx(series.mean, rel=8.0 * amplitude**2, abs=1e-10)
-
-
-@forms
-def test_amplitudes_grow_as_the_square_and_the_cube(form):
-    one = integrated_harmonics(P, 0.02, 0.15, form=form)
-    two = integrated_harmonics(P, 0.04, 0.15, form=form)
-    assert two.second / one.second == pytest.approx(4.0, rel=0.01)
-    assert two.third / one.third == pytest.approx(8.0, rel=0.01)
-
-
-@forms
-def test_the_second_harmonic_vanishes_on_the_flat_and_turns_its_sign_uphill(form):
-    flat = integrated_harmonics(P, 0.1, 0.0, form=form)
-    assert abs(flat.second) < 1e-10 and abs(flat.mean) < 1e-10
-    down = integrated_harmonics(P, 0.1, 0.1, form=form)
-    up = integrated_harmonics(P, 0.1, -0.1, form=form)
-    assert up.second == pytest.approx(-down.second, rel=1e-6)
-    assert up.third == pytest.approx(down.third, rel=1e-6)
 
 
 def test_growth_with_the_inclination_follows_its_sine_and_cosine():
@@ -98,10 +79,8 @@ def test_the_periodic_motion_is_where_a_damped_pendulum_ends():
 @pytest.mark.parametrize(
     'call, name',
     [
-        (lambda: series_harmonics(P, 0.0, 0.1), 'amplitude'),
         (lambda: integrated_harmonics(P, 0.9, 0.1), 'amplitude'),
         (lambda: series_harmonics(P, 0.1, 1.6), 'inclination'),
-        (lambda: series_harmonics(P, 0.1, 0.1, frequency=-1.0), 'frequency'),
         (
             lambda: series_harmonics(P, 0.1, 0.0, frequency=P.natural_frequency, form='published'),
             'frequency',

@@ -11,7 +11,6 @@ from scipy.special import ellipk
 
 from khr_common.errors import KhrError
 from khr_models.pendulum import (
-    CRITICAL_FORMS,
     GRAVITY,
     Pendulum,
     critical_inclination,
@@ -95,25 +94,6 @@ def test_critical_inclinations_solve_what_they_claim(pendulum, lean):
         assert along == pytest.approx(half_foot)
 
 
-def test_at_the_critical_inclination_delta_is_the_normal_force_of_its_form():
-    pendulum, lean = Pendulum(), 1.5 * DEG
-    exact = critical_inclination(pendulum, lean, 'exact')
-    assert static_force_difference(pendulum, lean, exact) == pytest.approx(pendulum.weight)
-    tangent = critical_inclination(pendulum, lean, 'tangent')
-    assert static_force_difference(pendulum, lean, tangent) == pytest.approx(
-        pendulum.weight * math.cos(tangent)
-    )
-
-
-def test_a_thousand_leans_at_once_equal_each_alone():
-    leans = np.linspace(-0.05, 0.05, 1000)
-    for form in CRITICAL_FORMS:
-        curve = critical_inclination(Pendulum(), leans, form)
-        assert curve.shape == (1000,)
-        assert curve[700] == critical_inclination(Pendulum(), float(leans[700]), form)
-        assert np.all(np.diff(curve) < 0.0)
-
-
 @given(pendulums, st.floats(0.01, 1.2), st.floats(-0.3, 0.3), st.floats(-2.0, 2.0))
 def test_energy_is_conserved_without_a_foot(pendulum, lean, inclination, rate):
     for form in ('published', 'physical'):
@@ -172,30 +152,21 @@ def test_a_falling_body_ends_on_the_surface():
     'call, name, value',
     [
         (lambda: Pendulum(mass=0.0), 'mass', '0.0'),
-        (lambda: Pendulum(length=-1.0), 'length', '-1.0'),
-        (lambda: Pendulum(half_foot=math.nan), 'half_foot', 'nan'),
         (lambda: Pendulum(length=0.1, half_foot=0.2), 'half_foot', '0.2'),
-        (lambda: lean_acceleration(Pendulum(), 0.0, inclination=1.6), 'inclination', '1.6'),
         (
             lambda: static_force_difference(Pendulum(), 0.0, np.array([0.0, -2.0])),
             'inclination',
             '-2.0',
         ),
-        (lambda: simulate(Pendulum(), inclination=2.0), 'inclination', '2.0'),
         (lambda: simulate(Pendulum(), step=-0.1), 'step', '-0.1'),
-        (lambda: simulate(Pendulum(), duration=0.0), 'duration', '0.0'),
-        (lambda: simulate(Pendulum(), form='printed'), 'form', 'printed'),
         (lambda: critical_inclination(Pendulum(), 0.0, 'sine'), 'form', 'sine'),
-        (lambda: critical_inclination(Pendulum(), 1.6, 'tangent'), 'initial_lean', '1.6'),
         (lambda: critical_inclination(Pendulum(), -0.8, 'published'), 'initial_lean', '-0.8'),
-        (lambda: simulate(Pendulum(), difference=math.inf), 'difference', 'inf'),
         (
             lambda: simulate(Pendulum(), difference=lambda _t, _lean, _rate: math.nan),
             'derivative',
             '(0.0, 0.0)',
         ),
         (lambda: foot_forces(10.0, 0.2, 0.05), 'to_toe', '0.2'),
-        (lambda: foot_forces(-1.0, 0.01, 0.05), 'normal_force', '-1.0'),
     ],
 )
 def test_a_refusal_names_argument_value_and_range_in_one_line(call, name, value):

@@ -54,11 +54,6 @@ def test_the_thesis_s_peaks_predict_a_third_with_an_uncertainty():
     assert found.explained == 1.0
 
 
-def test_the_deviation_of_a_measured_peak_is_that_of_its_uniform_uncertainty():
-    found = identify(GAINS, (2.58, 4.74), uncertainty=0.1)
-    assert found.predict(GAINS[0]).deviation == pytest.approx(0.1 / np.sqrt(3.0), rel=0.05)
-
-
 def test_the_deviation_agrees_with_first_order_propagation():
     half = 0.02
     found = identify(GAINS, (2.58, 4.74), uncertainty=half)
@@ -79,19 +74,11 @@ def test_the_deviation_agrees_with_first_order_propagation():
     )
 
 
-def test_the_same_seed_gives_the_same_samples():
-    assert np.array_equal(
-        identify(GAINS, (2.58, 4.74)).samples, identify(GAINS, (2.58, 4.74)).samples
-    )
-
-
 @pytest.mark.parametrize(
     'gains, peaks, name',
     [
         ((0.08, 0.05), (2.0, 4.0), 'gains'),
-        ((0.05, 0.08), (4.0, 2.0), 'peaks'),
         ((0.05,), (2.0, 4.0), 'gains'),
-        ((0.05, 0.08), (-1.0, 4.0), 'peaks'),
         ((0.05, 0.30), (4.0, 4.01), 'peaks'),
     ],
 )
@@ -124,15 +111,6 @@ def test_it_is_the_servo_loop_of_the_thesis(natural_frequency, share):
     assert servo.ringing_frequency == pytest.approx(loop.frequency(setting), abs=1e-6)
 
 
-def test_the_poles_cross_the_imaginary_axis_at_the_critical_gain():
-    loop = solve_loop(ANKLE, 4.9)
-    stiffness = (2.0 * math.pi * 4.9) ** 2
-    for share, stable in ((0.99, True), (1.01, False)):
-        gain = gain_of_board(share * loop.critical_gain) * loop.gain_unit
-        poles = np.roots([1.0, stiffness * (loop.damping_time - gain), stiffness])
-        assert (max(poles.real) < 0.0) == stable
-
-
 @given(st.floats(0.3, 1.8))
 def test_a_unit_leads_back_to_its_solution(unit):
     assert solve_for_unit(ANKLE, unit).gain_unit == pytest.approx(unit, rel=1e-6)
@@ -143,7 +121,6 @@ def test_a_unit_leads_back_to_its_solution(unit):
     [
         (lambda: solve_loop(ANKLE, 4.74), r'above 4\.74'),
         (lambda: solve_for_unit(ANKLE, 50.0), r'gain_unit: 50\.0'),
-        (lambda: PublishedLoop((12.0, 12.0), (2.0, 3.0)), 'gains'),
         (lambda: PublishedLoop((12.0, 18.0), (3.0, 2.0)), 'frequencies'),
     ],
 )

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy import signal
 
 from khr_common.errors import KhrError
 from khr_models.servo.servo_loop import (
@@ -63,13 +62,6 @@ def test_the_printed_damping_lacks_the_stiffness_and_agrees_where_it_is_one():
 
 
 @given(loops)
-def test_without_gain_the_loop_is_the_servo(loop):
-    servo = replace(loop, gain=0.0)
-    assert servo.feedback_damping == servo.damping
-    assert np.allclose(servo.transfer_function().num, [servo.stiffness / servo.inertia])
-
-
-@given(loops)
 def test_the_exact_frequency_and_decay_are_the_poles(loop):
     loop = replace(loop, form='physical')
     poles = np.roots([loop.inertia, loop.feedback_damping, loop.stiffness])
@@ -84,15 +76,6 @@ def test_the_printed_frequency_and_the_exact_one():
     assert ringing_frequency(1.0, 2.0, 50.0, 'published') == pytest.approx(math.sqrt(46.0))
     assert ringing_frequency(1.0, 2.0, 50.0) == pytest.approx(7.0 / (2.0 * math.pi))
     assert ringing_frequency(1.0, 100.0, 50.0) == 0.0
-
-
-def test_the_frequency_rises_with_the_thesis_s_gain_and_falls_with_opposing_feedback():
-    frequencies = [replace(LOOP, gain=gain_of_board(k)).ringing_frequency for k in (12, 15, 18)]
-    assert frequencies == sorted(frequencies) and frequencies[0] > 0.0
-    natural = math.sqrt(LOOP.stiffness / LOOP.inertia) / (2.0 * math.pi)
-    assert frequencies[-1] < natural
-    light = replace(LOOP, damping=1.0, gain=0.0)
-    assert replace(light, gain=-0.02).ringing_frequency < light.ringing_frequency
 
 
 @settings(max_examples=30)
@@ -119,33 +102,10 @@ def test_inverse_laplace_at_and_near_critical_damping():
         )
 
 
-def test_inverse_laplace_agrees_with_scipy_s_lsim():
-    time = np.linspace(0.0, 2.0, 40_001)
-    _, expected, _ = signal.lsim(LOOP.transfer_function(), [TONE(t) for t in time], time)
-    assert np.allclose(response_by_residues(LOOP, [TONE], time), expected, atol=1e-7)
-
-
 def test_inverse_laplace_survives_a_tone_on_an_undamped_pole():
     loop = ServoLoop(1.0, 0.0, (2.0 * math.pi) ** 2)
     response = response_by_residues(loop, [Tone(1.0, 1.0)], TIME)
     assert np.allclose(response, math.pi * TIME * np.sin(2.0 * math.pi * TIME), atol=1e-5)
-
-
-@given(loops)
-def test_tones_superpose_and_start_from_rest(loop):
-    one, two = Tone(0.1, 1.73), Tone(0.04, 3.46, 0.7)
-    time = np.linspace(0.0, 1.0, 51)
-    both = response_by_residues(loop, [one, two], time)
-    assert both[0] == pytest.approx(0.0, abs=1e-8)
-    assert np.allclose(
-        both, response_by_residues(loop, [one], time) + response_by_residues(loop, [two], time)
-    )
-
-
-def test_what_remains_is_the_steady_amplitude():
-    late = np.linspace(20.0, 21.0, 20_001)
-    response = response_by_residues(LOOP, [TONE], late)
-    assert response.max() == pytest.approx(LOOP.tone_amplitude(TONE), rel=1e-6)
 
 
 def test_the_closed_form_with_exact_terms_is_the_response():  # (5.11)
@@ -196,12 +156,8 @@ def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
     'call, name',
     [
         (lambda: ServoLoop(0.0, 1.0, 1.0), 'inertia'),
-        (lambda: ServoLoop(1.0, -1.0, 1.0), 'damping'),
-        (lambda: ServoLoop(1.0, 1.0, math.inf), 'stiffness'),
-        (lambda: ServoLoop(1.0, 1.0, 1.0, math.nan), 'gain'),
         (lambda: ServoLoop(1.0, 1.0, 1.0, form='exact'), 'form'),
         (lambda: Tone(1.0, 0.0), 'frequency'),
-        (lambda: LOOP.gain_at(-1.0), 'frequency'),
         (lambda: response_published(replace(LOOP, gain=0.0), TONE, TIME), 'damping'),
         (
             lambda: replace(LOOP, form='published').ring_amplitude(-1e-6, 0.0, 1.73),

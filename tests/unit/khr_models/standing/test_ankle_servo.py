@@ -14,7 +14,6 @@ from khr_models.standing.ankle_servo import (
     Pid,
     controlled_critical_inclination,
     controlled_lean,
-    largest_rate,
     simulate_servo,
 )
 
@@ -50,22 +49,6 @@ def test_it_settles_at_the_target_with_the_static_delta(form, inclination):
     assert motion.force_difference[-1] == pytest.approx(
         static_force_difference(pendulum, 0.02, inclination), abs=1e-4
     )
-
-
-def test_without_gains_it_is_the_bare_pendulum():
-    pendulum, dead = Pendulum(), Pid(0.0, 0.0, 0.0)
-    fall = simulate_servo(pendulum, dead, target=0.0, initial_lean=0.05)
-    assert fall.lean[-1] > 1.5 and not fall.torque.any()
-
-
-def test_a_larger_step_is_a_larger_overshoot_of_the_rate():
-    rates = [
-        abs(largest_rate(simulate_servo(Pendulum(), Pid(), target=target, duration=1.0)))
-        for target in (0.01, 0.02, 0.03)
-    ]
-    assert rates == sorted(rates)
-    down = simulate_servo(Pendulum(), Pid(), target=-0.02, duration=1.0)
-    assert largest_rate(down) == pytest.approx(-rates[1], rel=1e-6)
 
 
 @given(st.floats(0.0, 0.02), st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))

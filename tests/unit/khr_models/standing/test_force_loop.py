@@ -106,14 +106,6 @@ def test_one_body_on_a_held_rotor_is_the_pendulum_on_a_spring():
     assert loop.damping_ratio == pytest.approx(-exact[0].real / abs(exact[0]))
 
 
-def test_without_gain_the_period_of_the_board_does_not_matter():
-    first, *others = (replace(CALM, period=period) for period in (0.01, 0.015, 0.02))
-    for loop in others:
-        for mode in first.modes[:4]:
-            assert np.abs(loop.modes - mode).min() < 1e-6
-    assert CALM.growth < 0.0
-
-
 def test_a_fast_board_is_the_continuous_loop():
     loop = replace(CALM, ankle_gain=0.003, hip_gain=0.06, period=1e-4, delay=0)
     a, b = loop._plant
@@ -176,7 +168,6 @@ def test_a_stronger_or_faster_force_loop_swings_and_the_hip_damps_it():
     ('change', 'word'),
     [
         ({'lever': 0.0}, 'lever'),
-        ({'force_time': 0.0}, 'force_time'),
         ({'gyro_time': -1.0}, 'gyro_time'),
         ({'delay': 2}, 'delay'),
         ({'hip_gain': np.inf}, 'hip_gain'),

@@ -38,12 +38,6 @@ def test_the_tipping_length_is_the_distance_from_toe_to_mass(length, share, ankl
     assert tipping_length(robot) * math.sin(tipping_angle(robot)) == pytest.approx(robot.half_foot)
 
 
-@pytest.mark.parametrize('form', FORMS)
-def test_the_centre_of_mass_starts_a_half_foot_behind_the_toe(form):
-    still = simulate_push(PushLoop(form=form), ForcePulse(0.0), duration=0.3)
-    assert np.allclose(still.x_com, -P.half_foot) and not still.fell
-
-
 @pytest.mark.parametrize('lean', [0.0, -0.05])
 def test_the_ankle_leans_back_by_what_the_mass_goes_ahead(lean):
     found = simulate_push(PushLoop(form='physical', initial_lean=lean), ForcePulse(0.5))
@@ -69,7 +63,7 @@ def test_the_published_tipping_agrees_with_another_integrator():  # (4.4)
     assert np.allclose(ours.rate, theirs.y[1], atol=1e-9)
 
 
-@pytest.mark.parametrize('duration', [0.02, 0.1, 0.5])
+@pytest.mark.parametrize('duration', [0.02, 0.5])
 def test_the_closed_form_is_the_published_tipping_s_limit(duration):
     found = largest_push(PushLoop(form='published'), duration=duration, watch=2.0, tolerance=1e-3)
     about_toe = P.mass * (P.length**2 + P.half_foot**2)
@@ -176,22 +170,12 @@ def test_no_gain_leaves_the_gyro_without_effect_and_gain_uses_it():
         seen.append(rate)
         return 100.0
 
-    push = ForcePulse(1.0, 0.1)
+    push = ForcePulse(-1.0, 0.1)
     deaf = simulate_push(PushLoop(gain=0.0), push, gyro=broken, duration=0.3)
     assert np.array_equal(deaf.x_com, simulate_push(PushLoop(gain=0.0), push, duration=0.3).x_com)
     assert len(seen) == 20  # once a period
+    assert seen[1] < 0.0  # a push from the front turns the robot backward
     assert simulate_push(PushLoop(gain=0.1), push, gyro=broken, duration=1.0).fell
-
-
-def test_the_gyro_reads_the_pitch_rate_with_its_own_sign_from_the_front():
-    seen = []
-    simulate_push(
-        PushLoop(),
-        ForcePulse(-3.0, 0.2),
-        gyro=lambda rate: seen.append(rate) or rate,
-        duration=0.1,
-    )
-    assert seen[-1] < 0.0
 
 
 def test_the_correction_waits_its_delay():
@@ -220,29 +204,16 @@ def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
     assert np.ptp(run.x_com) < 1e-9
 
 
-def test_a_finer_step_changes_little():
-    coarse, fine = (
-        largest_push(PushLoop(gain=0.05, step=step), duration=0.1) for step in (3e-3, 5e-4)
-    )
-    assert coarse == pytest.approx(fine, abs=0.03)
-
-
 @pytest.mark.parametrize(
     'call, name',
     [
-        (lambda: ForcePulse(math.nan), 'force'),
         (lambda: ForcePulse(1.0, 0.0), 'duration'),
-        (lambda: PushLoop(period=0.0), 'period'),
         (lambda: PushLoop(delay=-1), 'delay'),
-        (lambda: PushLoop(step=0.02), 'step'),
         (lambda: PushLoop(pid=Pid(1e6, 0.0, 1e3)), 'step'),
-        (lambda: PushLoop(inclination=1.6), 'inclination'),
         (lambda: PushLoop(form='published', inclination=0.1), 'inclination'),
         (lambda: PushLoop(form='printed'), 'form'),
-        (lambda: simulate_push(PushLoop(), ForcePulse(1.0), duration=-1.0), 'duration'),
         (lambda: largest_push(PushLoop(), direction='left'), 'direction'),
         (lambda: capture_force(P, 0.0, 0.1), 'inertia'),
-        (lambda: capture_force(P, 0.1, 0.0), 'duration'),
     ],
 )
 def test_refusals_name_the_argument(call, name):
@@ -250,21 +221,13 @@ def test_refusals_name_the_argument(call, name):
         call()
 
 
-def test_on_the_flat_without_an_integral_term_the_gain_has_nothing_to_win():
-    """The toe already carries everything; the gain only damps what the integral winds up."""
-    plain, held = (
-        largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain)) for gain in (0.0, 0.0556)
-    )
-    assert held == pytest.approx(plain, abs=0.02)
-    wound = simulate_push(PushLoop(), ForcePulse(3.05, 0.1))
-    assert wound.fell and wound.x_com[-1] < -2.0 * P.half_foot  # over the heel, coming back
+def test_without_an_integral_term_the_gain_wins_nothing_on_the_flat_but_much_uphill():
+    """The toe already carries everything; the gain damps the swing back over the heel."""
 
-
-def test_against_a_push_uphill_the_gain_damps_the_swing_back():
-    uphill = [
-        largest_push(
-            PushLoop(pid=Pid(integral=0.0), gain=gain, inclination=0.035), direction='front'
+    def largest(gain, **values):
+        return largest_push(
+            PushLoop(pid=Pid(integral=0.0), gain=gain, **values), direction='front'
         )
-        for gain in (0.0, 0.0556)
-    ]
-    assert uphill[1] > 1.2 * uphill[0]
+
+    assert largest(0.0556) == pytest.approx(largest(0.0), abs=0.02)
+    assert largest(0.0556, inclination=0.035) > 1.2 * largest(0.0, inclination=0.035)
