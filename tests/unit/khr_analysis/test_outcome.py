@@ -126,19 +126,8 @@ def test_slides_of_the_steps_are_told_from_those_of_the_stance_before_and_after(
     assert outcome.slides.before == pytest.approx(0.015)
     assert outcome.slides.after == pytest.approx(0.005)
     assert outcome.slides.steps == 8
-    assert outcome.slides.per_step == pytest.approx(0.008 * 19.5 / 20)
+    assert outcome.slides.per_step == pytest.approx(0.008 * 19.5 / 20), 'the mean of net ways'
     assert outcome.largest_slip > outcome.slides.per_step, 'it counts the stance as well'
-
-
-def test_slide_per_step_is_the_mean_of_net_ways_and_a_walk_that_holds_has_none():
-    assert judged(walk())[-1].slides == Slides(0.0, 0.0, 0.0, 8)
-    first = list(walk(steps=4, slide=0.002))
-    gone = first[-1].feet[0][0]
-    second = [
-        replace(seen, feet=tuple((x + gone, y, z) for x, y, z in seen.feet))
-        for seen in walk(steps=4, slide=0.004)
-    ]
-    assert judged([*first, *second])[-1].slides.per_step == pytest.approx(0.003 * 19.5 / 20)
 
 
 def test_foot_that_bounces_has_taken_no_step():
@@ -152,11 +141,6 @@ def test_foot_that_bounces_has_taken_no_step():
     assert judged(bouncing)[-1].slides.steps == 8
 
 
-def test_run_without_a_step_slid_before_it():
-    slides = judged(stance(Seen(), 0.02))[-1].slides
-    assert (slides.before, slides.steps, slides.after) == (pytest.approx(0.01), 0, 0.0)
-
-
 def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
     run = [
         Seen(phi=0.2, forward=s, feet=((s, 0.04, 0.0), (s, -0.04, 0.0)))
@@ -167,29 +151,7 @@ def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
     assert outcome.distance == pytest.approx(0.3)
     assert outcome.slip_distance == pytest.approx(0.3)
     assert outcome.largest_slip == pytest.approx(0.15)  # half the load
-
-
-@given(st.floats(1.5, 12.5))
-def test_a_sliding_foot_counts_by_its_share_of_the_load(load):
-    run = [
-        Seen(feet=((s, 0.04, 0.0), (0.0, -0.04, 0.0)), load=(load, 14.0 - load))
-        for s in np.linspace(0.0, 0.01, 10)
-    ]
-    assert judged(run)[-1].slip_distance == pytest.approx(0.01 * load / 14.0)
-
-
-@settings(max_examples=30)
-@given(st.floats(0.0, 0.2), st.floats(-pi, pi))
-def test_slip_is_seen_in_every_direction_of_the_surface(phi, direction):
-    run = [
-        Seen(
-            phi=phi,
-            load=(14.0, 0.0),
-            feet=((s * cos(direction), 0.04 + s * sin(direction), 0.0), (0.0, -0.04, 0.0)),
-        )
-        for s in np.linspace(0.0, 0.01, 10)
-    ]
-    assert judged(run)[-1].slip_distance == pytest.approx(0.01, abs=1e-9)
+    assert outcome.slides == (pytest.approx(0.15), 0.0, 0.0, 0), 'all of it before a step'
 
 
 def test_a_foot_in_the_air_does_not_slip():
@@ -236,7 +198,7 @@ def test_a_robot_that_rises_within_the_fall_time_has_not_fallen(samples, verdict
     assert outcomes[10].verdict == 'fell'  # until it rises
     assert outcomes[-1].verdict == verdict
     assert outcomes[-1].fell_at == (None if verdict == 'stood' else pytest.approx(0.15))
-    assert outcomes[-1].largest_pitch == pytest.approx(1.0)
+    assert outcomes[-1].largest_pitch == pytest.approx(1.0), 'from the vertical'
 
 
 def test_sinking_to_the_ground_is_a_fall_and_walking_downhill_is_not():
@@ -258,12 +220,6 @@ def test_a_fall_outranks_a_slip_and_keeps_both_figures():
     assert last is outcomes[-2]  # what comes after a fall does not count
 
 
-@given(st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
-def test_largest_pitch_is_from_the_vertical_either_way(one, other):
-    run = [Seen(lean=lean, phi=0.1) for lean in (0.0, one, other, 0.0)]
-    assert judged(run)[-1].largest_pitch == pytest.approx(max(abs(one), abs(other)), abs=1e-12)
-
-
 def test_drift_is_to_the_left():
     outcome = judged([Seen(phi=0.15), Seen(phi=0.15, forward=0.05, left=0.03)])[-1]
     assert (outcome.distance, outcome.lateral_drift) == pytest.approx((0.05, 0.03))
@@ -276,7 +232,7 @@ def vibration(rates, parameters=None):
     return outcome.vibration
 
 
-@pytest.mark.parametrize('frequency', [2.0, 4.0, 9.0])
+@pytest.mark.parametrize('frequency', [2.0, 9.0])
 def test_vibration_agrees_with_scipy(frequency):
     rates = np.random.default_rng(0).normal(size=300)
     high = lfilter(*butter(2, frequency, 'highpass', fs=1.0 / 0.015), rates)
@@ -302,9 +258,7 @@ def test_thresholds_change_at_runtime():
     assert monitor.update(0, seen.signals).verdict == 'slipped'
 
 
-@pytest.mark.parametrize(
-    'wrong', [{'height': float('nan')}, {'rate': float('inf')}, {'lean': float('nan')}]
-)
+@pytest.mark.parametrize('wrong', [{'height': float('nan')}, {'rate': float('inf')}])
 def test_refuses_what_is_not_finite(wrong):
     with pytest.raises(KhrError, match='observation'):
         OutcomeMonitor(MonitorParameters()).update(0, Seen(**wrong).signals)

@@ -28,12 +28,10 @@ def outcomes(**fallen):
     [
         (7.9, {'blue': 5.0}, None),
         (8.0, {'blue': 5.0}, ('red', 'blue down for 3 s')),
-        (8.0, {'red': 5.0}, ('blue', 'red down for 3 s')),
         (8.0, {'red': 5.0, 'blue': 5.6}, None),  # both are counted
         (8.6, {'red': 5.0, 'blue': 5.6}, ('draw', 'both down for 3 s')),
         (8.3, {'red': 5.0}, ('blue', 'red down for 3 s')),  # blue has risen
         (29.9, {}, None),
-        (30.0, {}, ('draw', 'time')),
         (30.0, {'blue': 29.0}, ('draw', 'time')),
     ],
 )

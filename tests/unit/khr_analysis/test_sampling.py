@@ -90,7 +90,7 @@ def test_late_messages_that_come_with_the_next_are_no_lines(seed, spacing, share
     check(ns(np.sort(stamps)), sine(times, 5.3), 5.3, amplitude=0.1)
 
 
-@pytest.mark.parametrize(('size', 'pause'), [(10, 0.21), (10, 0.41), (16, 1.0), (40, 2.0)])
+@pytest.mark.parametrize(('size', 'pause'), [(10, 0.21), (40, 2.0)])
 def test_bursts_are_no_batches(size, pause):
     """Some samples at 100 Hz, then none for a while: the timestamps are true."""
     times = np.arange(size) / 100.0 + ((size - 1) / 100.0 + pause) * np.arange(100)[:, None]
@@ -101,8 +101,9 @@ def test_bursts_are_no_batches(size, pause):
 
 def test_a_rate_that_changes_much_is_said_in_intervals():
     times = np.concatenate([np.arange(1000) / 200.0, 5.0 + np.arange(1000) / 80.0])
-    lines, notes = peaks_of(ns(times), sine(times, 8.0))
-    assert lines[0][0] == pytest.approx(8.0, rel=0.01)
+    lines, notes = peaks_of(ns(times), sine(times, 30.0))
+    assert lines[0][0] == pytest.approx(30.0, abs=0.2)
+    assert all(abs(frequency - 30.0) < 3.0 for frequency, _ in lines), 'nothing is folded'
     assert 'intervals of 5 to 12.5 ms' in notes and rate_in(notes) == pytest.approx(
         114.3, rel=1e-3
     )
@@ -168,27 +169,9 @@ def test_samples_without_number_or_timestamp_are_left_out():
     assert '2 samples left out: not finite' in notes and 'their timestamp is 0' in notes
 
 
-def test_a_rate_that_changes_folds_nothing():
-    times = np.concatenate([np.arange(400) / 200.0, 2.0 + np.arange(300) / 100.0])
-    lines, _ = peaks_of(ns(times), sine(times, 30.0))
-    assert lines[0][0] == pytest.approx(30.0, abs=0.2)
-    assert all(abs(frequency - 30.0) < 3.0 for frequency, _ in lines)
-
-
-def test_lines_are_ordered_by_amplitude_also_between_bins():
-    times = np.arange(833) / 66.6667
-    signal = sine(times, 20.5 / 9.24) + 0.8 * sine(times, 40 / 9.24)
-    lines, _ = peaks_of(ns(times), signal)
-    assert [amplitude for _, amplitude in lines] == pytest.approx([1.0, 0.8], rel=0.02)
-
-
-def test_a_trend_has_no_lines():
-    times = np.arange(4000) / 100.0
-    assert peaks_of(ns(times), 3.0 * times - 40.0)[0] == []
-
-
-@pytest.mark.parametrize('power', [0.0, 0.5, 1.0], ids=['white', 'pink', 'drift'])
-@pytest.mark.parametrize('size', [400, 4000, 100_000])
+@pytest.mark.parametrize(
+    ('size', 'power'), [(400, 0.5), (4000, 0.0), (100_000, 1.0)], ids=['pink', 'white', 'drift']
+)
 def test_noise_has_hardly_a_line_of_whatever_colour_and_length(size, power):
     frequency = np.maximum(1.0, np.arange(size // 2 + 1))
     found = []
@@ -199,9 +182,8 @@ def test_noise_has_hardly_a_line_of_whatever_colour_and_length(size, power):
     assert len(found) <= 3  # 0.5 expected
 
 
-@pytest.mark.parametrize('cycles', [8, 8.4, 20])
-def test_harmonics_are_no_noise(cycles):
-    times = np.arange(round(cycles * 150)) / 65.0
+def test_harmonics_are_no_noise_and_are_ordered_by_amplitude():
+    times = np.arange(round(8.4 * 150)) / 65.0
     signal = sum(sine(times, number * 65.0 / 150.0) / number for number in range(1, 16))
     signal += np.random.default_rng(0).normal(size=len(times)) / 50.0
     lines, _ = peaks_of(ns(times), signal)
@@ -209,9 +191,9 @@ def test_harmonics_are_no_noise(cycles):
 
 
 def test_many_lines_are_given_and_the_others_counted():
-    times = np.arange(20_000) / 200.0
+    times = np.arange(4000) / 200.0
     signal = sum(sine(times, 1.0 + 1.5 * number) for number in range(60))
-    lines, notes = peaks_of(ns(times[:4000]), signal[:4000])
+    lines, notes = peaks_of(ns(times), signal)
     assert len(lines) == 50 and 'Only the 50 largest lines are given' in notes
 
 

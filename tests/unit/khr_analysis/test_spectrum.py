@@ -35,10 +35,6 @@ def turn(angle):
     return abs((angle + pi) % tau - pi)
 
 
-def values(result):
-    return result.amplitude * np.exp(1j * np.nan_to_num(result.phase))
-
-
 @BOTH
 @given(bin_=st.integers(3, 70), amplitude=st.floats(0.01, 50.0), phase=PHASES)
 def test_a_sine_on_a_bin_reads_its_amplitude_and_phase(window, bin_, amplitude, phase):
@@ -69,36 +65,25 @@ def test_a_sine_between_bins_reads_within_the_stated_bounds(
     assert turn(peak.phase - phase) < radians
 
 
-@BOTH
-def test_phase_between_bins_has_no_bias(window):
-    """Averaged over all phases the mirror image cancels, and nothing is left."""
-    phases = np.linspace(0.0, tau, 12, endpoint=False)
-    measured = [
-        spectrum(tone(20.4 * LINE, 1.0, phase), WINDOWS[window]).peaks[0].phase for phase in phases
-    ]
-    assert np.angle(np.exp(1j * (measured - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
-
-
 @pytest.mark.parametrize('size', [153, 154])
-@given(data=st.data())
-def test_parseval(size, data):
-    """Without a window the bins hold the signal's whole mean square, the mean included."""
-    signal = data.draw(arrays(np.float64, size, elements=st.floats(-10.0, 10.0)))
-    own = replace(WINDOWS['rectangular'], remove_mean=False)
-    power = spectrum(signal, own).amplitude ** 2 / 2.0
-    power[0] *= 2.0
-    if size % 2 == 0:
-        power[-1] *= 2.0
-    assert power.sum() == pytest.approx(np.mean(signal**2), abs=1e-9)
-
-
 @BOTH
-@given(SIGNALS)
-def test_agrees_with_the_sum_by_hand(window, signal):
+@given(data=st.data())
+def test_every_bin_agrees_with_the_sum_by_hand(size, window, data):
+    """The first bin, and the last of an even size, have no mirror image and count once."""
+    signal = data.draw(arrays(np.float64, size, elements=st.floats(-10.0, 10.0)))
     own = replace(WINDOWS[window], remove_mean=False, phase_threshold=0.0)
-    weights = np.ones(SIZE) if window == 'rectangular' else 1.0 - np.cos(tau * TIME / CYCLE)
-    by_hand = 2.0 * np.mean(weights * signal * np.exp(-1j * tau * 9 * LINE * TIME))
-    assert values(spectrum(signal, own))[9] == pytest.approx(by_hand, abs=1e-9)
+    turns = np.arange(size) / size
+    weights = np.ones(size) if window == 'rectangular' else 1.0 - np.cos(tau * turns)
+    found = spectrum(signal, own)
+    by_hand = (
+        2.0
+        * np.exp(-1j * tau * np.outer(np.arange(size // 2 + 1), turns))
+        @ (weights * signal / size)
+    )
+    by_hand[[0, -1] if size % 2 == 0 else [0]] /= 2.0
+    assert found.amplitude * np.exp(1j * np.nan_to_num(found.phase)) == pytest.approx(
+        by_hand, abs=1e-9
+    )
 
 
 @BOTH
@@ -109,11 +94,6 @@ def test_the_mean_is_taken_out(window, signal, level):
     assert lifted.amplitude == pytest.approx(plain.amplitude, abs=1e-9)
 
 
-def test_the_mean_reads_its_value_if_left_in():
-    own = replace(WINDOWS['hann'], remove_mean=False)
-    assert spectrum(np.full(SIZE, 3.0), own).amplitude[0] == pytest.approx(3.0)
-
-
 @pytest.mark.parametrize(('window', 'apart'), [('rectangular', 2), ('hann', 4)])
 def test_lines_of_a_gait_are_resolved_exactly(window, apart):
     """Two tones on bins, as close as the widths of the lobes allow."""
@@ -121,15 +101,6 @@ def test_lines_of_a_gait_are_resolved_exactly(window, apart):
     first, second = spectrum(signal, WINDOWS[window]).peaks
     assert (first.amplitude, second.amplitude) == pytest.approx((1.0, 0.5), rel=1e-9)
     assert (first.frequency, second.frequency) == pytest.approx((4 * LINE, (4 + apart) * LINE))
-
-
-def test_two_tones_between_bins():
-    signal = tone(5.3 * LINE, 1.0, 0.3) + tone(20.8 * LINE, 0.4, 2.0)
-    first, second = spectrum(signal, WINDOWS['hann']).peaks[:2]
-    assert (first.frequency / LINE, second.frequency / LINE) == pytest.approx(
-        (5.3, 20.8), abs=0.01
-    )
-    assert (first.amplitude, second.amplitude) == pytest.approx((1.0, 0.4), rel=0.01)
 
 
 def test_phases_are_shown_only_at_high_amplitudes():
@@ -164,13 +135,9 @@ def test_frequencies_end_at_the_highest_asked_for():
 @pytest.mark.parametrize(
     ('frequency', 'name'),
     [
-        (4 / 2.31, 'f_0'),
         (4 / 2.31 + 0.21, 'f_0'),
         (4 / 2.31 + 0.23, 'other'),
-        (2.58, 'other'),
-        (8 / 2.31, 'harmonic 2'),
         (12 / 2.31, 'harmonic 3'),
-        (4.74, 'other'),
         (0.2, 'other'),
     ],
 )
@@ -207,9 +174,8 @@ def test_phase_is_that_at_the_start_of_each_window():
 
 def test_a_repeated_stamp_is_ignored():
     signal = np.sin(np.arange(200.0))
-    plain, twice = SpectrumAnalyser(FftAnalyserParameters()), None
+    expected = fed(SpectrumAnalyser(FftAnalyserParameters()), signal)
     twice = SpectrumAnalyser(FftAnalyserParameters())
-    expected = fed(plain, signal)
     for k, value in enumerate(signal):
         result = twice.add(k * PERIOD, float(value))
         assert twice.add(k * PERIOD, 99.0) is None
@@ -229,13 +195,6 @@ def test_a_gap_or_a_step_back_empties_the_window_with_its_reason(start):
     assert results[:-1] == [None] * (SIZE - 1)
     fresh = spectrum(signal, FftAnalyserParameters())
     assert np.array_equal(results[-1].amplitude, fresh.amplitude)
-
-
-def test_stamps_may_round():
-    analyser = SpectrumAnalyser(FftAnalyserParameters())
-    for k in range(1000):
-        analyser.add(round(k * PERIOD, 4), 0.0)
-    assert analyser.reason == ''
 
 
 @pytest.mark.slow
@@ -270,9 +229,7 @@ def test_a_sample_that_is_missing_now_and_then_is_bridged(seed):
         assert result.peaks[0].amplitude == pytest.approx(0.4, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    'rate', [20.0, 33.3, 40.0, 48.0, 50.0, 55.0, 60.0, 64.0, 72.0, 100.0, 200.0]
-)
+@pytest.mark.parametrize('rate', [20.0, 64.0, 72.0, 200.0])
 def test_another_rate_is_found_and_taken(rate):
     """A rate that is assumed shows a tone at the wrong frequency; 1 % is below a bin.
 
@@ -288,15 +245,11 @@ def test_another_rate_is_found_and_taken(rate):
         assert len(result.peaks) == 1
 
 
-@pytest.mark.parametrize('jitter', [0.0, 0.1, 0.3])
-def test_lost_samples_are_no_other_rate(jitter):
-    draw = np.random.default_rng(4)
-    analyser = SpectrumAnalyser(FftAnalyserParameters(window='hann'))
-    before = 0
+def test_lost_and_late_samples_are_no_other_rate():
+    draw, analyser, before = np.random.default_rng(4), SpectrumAnalyser(FftAnalyserParameters()), 0
     for k in range(1500):
-        lost = draw.random() < 0.1 and k - before == 1
-        if not lost:
-            late = jitter * draw.uniform(-1.0, 1.0)
+        if k - before != 1 or draw.random() >= 0.1:
+            late = draw.uniform(-0.3, 0.3)
             analyser.add((k + late) * PERIOD, float(np.sin(tau * 5.0 * k * PERIOD)))
             before = k
     assert 'their own rate' not in analyser.reason
