@@ -18,7 +18,6 @@ from khr_studies.thesis_figures.registry import FIGURES, draw, expand_numbers
 from khr_studies.thesis_figures.vibration import (
     BANDS,
     LOOP_GAINS,
-    amplitude_by_slope,
     band_rms,
     measure_amplitudes,
     measure_bands,
@@ -80,6 +79,7 @@ def test_a_figure_is_a_readable_image_and_a_table_with_units(number, tmp_path, m
 
 def test_open_loops_are_drawn_with_the_gain_from_which_they_are_unstable(tmp_path):
     loops = measure_loops('mujoco')
+    assert loops['ankle'].margin().frequency > 5.0
     with styled():
         figure = open_loops(loops)
     check_whole(figure)
@@ -112,43 +112,27 @@ def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
         check_whole(vibration_by_gain(table.reset_index()))
 
 
-@pytest.mark.slow
-def test_another_robot_is_measured_with_its_own_constants():
-    table = measure_bands('mujoco', (0.0, 12.0), 1, robot='stiff').set_index('gain')
-    assert table.at[12.0, 'vibration'] < 0.95 * table.at[0.0, 'vibration'], 'more by default'
-
-
 def test_another_robot_reaches_the_measurement_from_the_command(tmp_path):
     thesis.figure(['open_loops'], tmp_path, engine='mujoco', robot='stiff')
     points = (tmp_path / 'figure_open_loops_stiff_mujoco.csv').read_text()
     margin = measure_loops('mujoco', 'stiff')['ankle'].margin()
-    assert margin.frequency < 5.0 < measure_loops('mujoco')['ankle'].margin().frequency
+    assert margin.frequency < 5.0, 'by default it is higher'
     assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in points
 
 
-def test_the_centre_of_mass_of_another_robot_is_shifted_from_its_own_place(monkeypatch):
+def test_another_robot_is_measured_with_its_own_constants(monkeypatch):
     walked = []
-    monkeypatch.setattr(
-        vibration, 'walked_amplitude', lambda condition, *_: walked.append(condition)
-    )
+    for name in ('walked_bands', 'walked_amplitude'):
+        monkeypatch.setattr(
+            vibration, name, lambda condition, *_: walked.append(dict(condition.changes))
+        )
+    measure_bands('mujoco', (0.0,), 1, robot='stiff')
     measure_amplitudes('mujoco', (0.01,), (0,), 1, robot='stiff')
-    constants, changes = constants_of('stiff'), dict(walked[0].changes)
-    assert changes['simulator', 'gear_stiffness'] == constants['simulator', 'gear_stiffness']
-    assert changes['gait', 'com_lifted'] == pytest.approx(constants['gait', 'com_lifted'] + 0.01)
-
-
-@pytest.mark.slow
-def test_the_amplitude_grows_with_the_slope_most_as_the_heels_lift():
-    table = measure_amplitudes('mujoco', (0.0, 0.01), (2, 4, 6), 1)
-    with styled():
-        check_whole(amplitude_by_slope(table))
-    amplitude = table.pivot(index='slope', columns='shift_mm', values='amplitude')
-    heels_up = table.pivot(index='slope', columns='shift_mm', values='heels_up')
-    assert amplitude.at[6, 0.0] > 1.05 * amplitude.at[4, 0.0] > 1.05 * amplitude.at[2, 0.0]
-    assert heels_up.at[6, 0.0] > 0.1 and heels_up.at[4, 0.0] == 0.0
-    # the centre of mass farther ahead moves it to a gentler slope
-    assert heels_up.at[4, 10.0] > 0.1
-    assert not np.isnan(amplitude.at[6, 0.0]) and np.isnan(amplitude.at[6, 10.0])  # it fell
+    constants, stiffness = constants_of('stiff'), ('simulator', 'gear_stiffness')
+    assert [changes[stiffness] for changes in walked] == [constants[stiffness]] * 2
+    # its centre of mass is shifted from its own place
+    shifted = constants['gait', 'com_lifted'] + 0.01
+    assert walked[1]['gait', 'com_lifted'] == pytest.approx(shifted)
 
 
 def test_a_table_holds_the_model_s_own_numbers_and_the_picture_typesets_its_symbols(tmp_path):
@@ -181,19 +165,6 @@ def test_symbols_are_typeset_and_names_are_not():
     )
     for text in ('walk_6.99deg_ka12', 'l_toe', r'$K_{\mathrm{A}}$'):
         assert typeset(text) == text
-
-
-def test_an_unknown_figure_lists_those_known(tmp_path):
-    with pytest.raises(KhrError) as refusal:
-        draw('9.9', tmp_path)
-    text = str(refusal.value)
-    assert "'9.9'" in text and '3.11b' in text and '\n' not in text
-
-
-def test_a_directory_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / 'file').write_text('in the way')
-    with pytest.raises(KhrError, match=r'^--out: .*file.*accepted: '):
-        draw('3.9', tmp_path / 'file')
 
 
 def test_several_figures_are_asked_for_at_once_each_drawn_once():
