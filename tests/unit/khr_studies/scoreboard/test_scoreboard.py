@@ -4,18 +4,15 @@ from dataclasses import replace
 from math import hypot, isfinite, nan
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check
-from khr_common.limit import bracket_limit
-from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.bench import Bench, lift, walk
+from khr_studies.measuring.bench import lift, walk
 from khr_studies.measuring.condition import Condition, with_engine
-from khr_studies.measuring.critical import START, STEP, Limit
+from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import (
@@ -41,13 +38,20 @@ from khr_studies.scoreboard.limit_rows import (
     order_rows,
 )
 from khr_studies.scoreboard.page import QUICK, scoreboard_markdown, summary
-from khr_studies.scoreboard.rows import Scoreboard, grows
+from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, outcome, walked, walks
 
 
-def test_board_of_the_thesis_itself_passes_every_row():
-    board = scoreboard.compare(Thesis())
+@pytest.fixture(scope='module')
+def amiss():
+    """The board of a bench on which one limit is not the thesis's."""
+    return scoreboard.compare(Thesis(amiss=walking(18.0)))
+
+
+def test_board_of_the_thesis_itself_passes_every_row_and_measures_every_limit_both_ways():
+    bench = Thesis()
+    board = scoreboard.compare(bench)
     assert not [row for row in board.rows if row['verdict'] == 'missed']
     assert [row['condition'] for row in board.limits[:-1]] == [
         row.condition.title for row in LIMITS
@@ -59,11 +63,6 @@ def test_board_of_the_thesis_itself_passes_every_row():
     for row in board.limits + board.standing + board.walks + board.trends:
         assert row['source'], row
     assert board.explanations == []
-
-
-def test_board_measures_every_limit_both_ways():
-    bench = Thesis()
-    board = scoreboard.compare(bench)
     assert [width['condition'] for width in board.widths] == [
         row.condition.title for row in LIMITS
     ]
@@ -74,9 +73,8 @@ def test_board_measures_every_limit_both_ways():
         assert any(asked[1] == up for asked in bench.asked), 'it runs beside the others'
 
 
-def test_page_and_data_hold_the_same_scoreboard(tmp_path):
-    for bench in (Thesis(amiss=walking(18.0)), Opposite()):
-        board = scoreboard.compare(bench)
+def test_page_and_data_hold_the_same_scoreboard(amiss, tmp_path):
+    for board in (amiss, scoreboard.compare(Opposite())):
         path = tmp_path / 'new' / 'board.md'
         scoreboard_page.write(board, path)
         again = read_json(path.with_suffix('.json'), Scoreboard)
@@ -100,35 +98,16 @@ def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text, said):
         read_json(path, Scoreboard)
 
 
-def test_limit_that_misses_stays_and_is_looked_into():
-    board = scoreboard.compare(Thesis(amiss=walking(18.0)))
-    (row,) = [row for row in board.limits if row['verdict'] == 'missed']
+def test_limit_that_misses_stays_and_is_looked_into(amiss):
+    (row,) = [row for row in amiss.limits if row['verdict'] == 'missed']
     assert row['condition'] == 'walk, K_A 18' and row['deg'] == pytest.approx(2.0)
-    (explanation,) = board.explanations
+    (explanation,) = amiss.explanations
     assert explanation['condition'] == row['condition']
     changes = [name for name, _ in scoreboard.CHANGES['walk']]
     changes.remove('no offset of the reference')  # the default robot has none
     assert [*explanation['shifts']] == changes
     quick = scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False)
     assert quick.explanations is None and quick.widths == ()
-
-
-class OnTwoFeet(Thesis):
-    """A bench on which the lifted foot still carries when the robot tips."""
-
-    def lifts(self, condition, phi):
-        return super().lifts(condition, phi).assign(lifted_load=0.3)
-
-
-def test_a_limit_that_is_near_but_misses_is_looked_into():
-    """Its foot in the air carries load; a limit far away but undecided is not."""
-    board = scoreboard.compare(OnTwoFeet())
-    (row, *_) = missed = [row for row in board.limits if row['verdict'] == 'missed']
-    assert row['deg'] == pytest.approx(row['thesis_deg'])
-    assert [each['condition'] for each in board.explanations] == [
-        each['condition'] for each in missed
-    ]
-    assert 'no hip control' not in board.explanations[0]['shifts'], 'it has no hip control'
 
 
 @pytest.mark.parametrize('motion', scoreboard.CHANGES)
@@ -187,21 +166,6 @@ def test_interval_of_a_limit_holds_seeds_engine_and_constants():
         assert limit_rows(limits, others, spread, {})[0]['verdict'] == verdict
 
 
-def test_page_says_by_how_much_the_ensemble_leaves_limits_undecided():
-    limits = limits_of_thesis()
-    limits[STAGE_2] = Limit((8.6, 8.6), 0.1)
-    spread = {STAGE_1.title: (5.6, 7.2), STAGE_2.title: (7.0, 9.0)}
-    board = scoreboard.compare(Thesis())
-    assert scoreboard_page.undecided_text(board) == ''
-    board = replace(board, limits=limit_rows(limits, limits, spread, {}))
-    assert scoreboard_page.undecided_text(board) == (
-        '2 limits are undecided: half the range over the ensemble alone is 0.80 to 1.00 deg of the '
-        'tolerance of 0.7. By seeds and engines alone 1 of them would pass, 1 miss and 0 stay '
-        'undecided.'
-    )
-    assert scoreboard_page.undecided_text(board) in scoreboard_markdown(board)
-
-
 def test_order_holds_on_both_engines_and_is_undecided_where_seeds_leave_it_open():
     limits = limits_of_thesis()
     level = limits | {STAGE_3: limits[STAGE_2]}
@@ -230,27 +194,19 @@ def by_thesis(text):
 @pytest.mark.parametrize(
     ('said', 'measured', 'difference'),
     [
-        ({'slips': True}, walked(slip=0.004), None),
         ({'slips': True}, walked(slip=0.002), 'does not slip: slides less than 3.0 mm'),
         ({'slips': False}, walked(slip=0.004), 'slips: slides 3.0 mm or more'),
-        ({'vibrates': False}, walked(vibration=0.2), None),
         ({'vibrates': False}, walked(vibration=0.3), 'vibrates'),
         ({}, walked('fell'), 'does not stay up'),
-        ({'survives': False}, walked('fell'), None),
         ({'survives': False}, walked(), 'stays up'),
-        ({'survives': False, 'slid_first': True}, walked('fell'), None),
         (
             {'survives': False, 'slid_first': True},
             walked('fell', slid_first=False),
             'tips without sliding before',
         ),
-        ({'survives': None, 'dominated': True}, walked('fell', dominated=True), None),
         ({'survives': None, 'dominated': True}, walked(), 'less power above 4 Hz than below'),
-        ({'alike': True}, walked(early=0.92, late=0.95), None),
-        ({'alike': True}, walked(early=0.97, late=0.95), 'cycles 3 and 4 are not alike'),
         ({'alike': True}, walked(early=0.2, late=0.8), 'cycles 3 and 4 are not alike'),
         ({'alike': True}, walked(early=None, late=None), 'cycles 3 and 4 are not alike'),
-        ({'lines': ((8.0, 9.0),)}, walked('walked', 2.6, 4.3, 0.9, 8.5), None),
         (
             {'lines': ((8.0, 9.0),)},
             walked('walked', 2.6, 4.3, 0.9, 6.1, 8.5),
@@ -261,19 +217,13 @@ def by_thesis(text):
             walked('walked', 4.3, 1.8),
             '1.00 to 2.00 Hz not the largest peak',
         ),
-        ({'lines': ((1.0, 2.0), (4.0, 5.0)), 'dominant': True}, walked('walked', 1.8, 4.3), None),
         ({'single': True}, walked('walked', 1.8, single=False), 'not the single dominant peak'),
         ({'lines': ((2.0, 3.0), (5.0, 6.0)), 'either': True}, walked('walked', 5.5), None),
-        (
-            {'lines': ((2.0, 3.0), (5.0, 6.0))},
-            walked('walked', 5.5),
-            '2.00 to 3.00 Hz not among the 4 largest',
-        ),
-        ({'gone': ((1.0, 2.0),)}, walked('walked', 7.8), None),
         ({'gone': ((1.0, 2.0),)}, walked('walked', 7.8, 1.7), 'still a peak in 1.00 to 2.00 Hz'),
     ],
 )
 def test_walk_is_judged_by_the_statement_of_the_thesis(said, measured, difference):
+    """What agrees with each statement passes on the board of the thesis itself."""
     row = walk_row(ThesisWalk(5.0, walking(), '', **said), walks(measured, measured), 3.0)
     assert row['differences'] == ([difference] if difference else [])
     assert row['verdict'] == ('missed' if difference else 'passed')
@@ -302,7 +252,6 @@ class Walks(Thesis):
         ((0.01, 0.012), 0.1, 'passed'),
         ((0.01, 0.0105), 0.1, 'missed'),
         ((0.01, 0.019), 1.0, 'missed'),
-        ((0.01, 0.021), 1.0, 'passed'),
         ((0.01, None), 0.1, 'missed'),
     ],
 )
@@ -320,25 +269,14 @@ def test_slip_is_twice_the_slide_of_any_walk_without_slip():
 
 
 def test_one_seed_judges_nothing_that_varies_with_seeds():
-    for row in WALKS:
-        for walk_of_seed in (walked('fell'), walked('walked', 1.73, slip=0.04)):
-            assert walk_row(row, walks(walk_of_seed))['verdict'] == 'undecided'
     bench = Thesis()
     bench.seeds = 1
-    assert {trend_row(row, bench)['verdict'] for row in TRENDS} == {'undecided'}
     board = scoreboard.compare(bench)
-    assert {row['verdict'] for row in board.walks} == {'undecided'}
+    assert {row['verdict'] for row in (*board.walks, *board.trends)} == {'undecided'}
     every = scoreboard_page.count(board.rows)
-    said = summary(board)
-    assert said.startswith(f'{every["undecided"]} of {every["judged"]} rows are undecided by one')
-    predicted = [row for row in board.rows if row['kind'] == 'predicted']
-    passed, decided = (
-        len([row for row in predicted if row['verdict'] in verdicts])
-        for verdicts in (['passed'], ['passed', 'missed'])
+    assert summary(board).startswith(
+        f'{every["undecided"]} of {every["judged"]} rows are undecided by one seed; '
     )
-    assert f'; {passed} of {decided} predictions pass; ' in said
-    none_decided = replace(board, standing=[], limits=[], orders=[], trends=[])
-    assert 'predictions' not in summary(none_decided)
     assert QUICK in scoreboard_markdown(board)
 
 
@@ -355,62 +293,12 @@ def test_a_fall_before_the_forces_are_read_is_a_miss():
     assert rows['largest error of phi read back from Delta']['verdict'] == 'missed'
 
 
-class Coarse(Bench):
-    """A robot whose limits are known, measured in the quick form."""
-
-    def __init__(self, limit_deg):
-        super().__init__(None, 1, 0.8)
-        self.limit_deg = limit_deg
-
-    def limit(self, condition, seeds=None, job=None):
-        found = bracket_limit(lambda phi: phi < self.limit_deg, START, (0.0, 20.0), STEP, 0.8)
-        return Limit((found.middle,), 0.8)
-
-
-@settings(max_examples=30)  # each judges all limits
-@given(st.sampled_from(LIMITS), st.floats(-2.0, 2.0))
-def test_quick_limit_passes_only_if_the_true_one_would(row, difference):
-    bench = Coarse(row.thesis_deg + difference)
-    limits = {each.condition: bench.limit(each.condition) for each in LIMITS}
-    found = next(
-        one
-        for one in limit_rows(limits, limits, {}, {})
-        if one['condition'] == row.condition.title
-    )
-    within = abs(difference) <= TOLERANCE_DEG
-    assert found['verdict'] in ('undecided', 'passed' if within else 'missed')
-
-
-def test_growth_needs_numbers():
-    assert grows([1.0, 2.0, 3.0])
-    assert not grows([1.0, 1.0])
-    assert not grows([1.0, 1.1, 1.3], least=0.15)
-    assert grows([1.0, 1.2, 1.4], least=0.15)
-    assert not grows([1.0, float('nan')])
-
-
-def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
-    tables = [
-        tuple(
-            map(
-                load_scenario(str(path)).table,
-                (RunParameters, AnkleControllerParameters, HipControllerParameters),
-            )
-        )
-        for path in shipped()
-    ]
-    ours = {
-        (s.inclination_deg, s.surface, a.enabled and a.gain, h.enabled and h.gain)
-        for s, a, h in tables
-    }
+def test_every_walk_of_the_thesis_has_a_scenario_to_run():
+    walked = [path for path in shipped() if path.stem.startswith('walk')]
+    ours = [Condition.of(load_scenario(str(path))) for path in walked]
     for row in WALKS:
         if row.survives and not row.condition.changes:
-            assert (
-                row.inclination_deg,
-                row.condition.surface,
-                row.condition.ankle_gain,
-                row.condition.hip_gain,
-            ) in ours
+            assert (row.condition, row.inclination_deg) in ours
 
 
 @pytest.mark.slow
@@ -459,25 +347,14 @@ def test_forces_at_the_limit_are_taken_where_every_seed_stands():
         assert rows[f"{name}, at stage 1's limit"]['inclinations_deg'] == [6.3]
 
 
-def test_verdicts_are_counted_by_chapter():
-    board = scoreboard.compare(Thesis(amiss=walking(18.0)))
-    found = scoreboard_page.counts(board)
+def test_verdicts_are_counted_by_chapter(amiss):
+    found = scoreboard_page.counts(amiss)
     assert [one['title'][:9] for one in found] == [f'Chapter {n}' for n in (3, 4, 5, 6)]
     assert [one['missed'] for one in found] == [0, 0, 1, 1], 'the limit, and its order'
-    every = scoreboard_page.count(board.rows)
-    for name in ('passed', 'missed', 'undecided', 'unpublished'):
+    every = scoreboard_page.count(amiss.rows)
+    for name in ('passed', 'missed', 'undecided', 'unpublished', 'judged'):
         assert sum(one[name] for one in found) == every[name]
-    judged = every['passed'] + every['missed'] + every['undecided']
-    assert every['judged'] == judged
-    predicted = [row for row in board.rows if row['kind'] == 'predicted']
-    fitted = [row for row in board.rows if row['kind'] == 'fitted']
-    total = scoreboard_page.totals(board.rows)
-    unpublished = every['unpublished']
-    published = len(predicted) - unpublished
-    assert f'{published} of {published} predictions pass' in total
-    assert f'; {len(fitted) - 2} of {len(fitted)} fitted rows pass' in total
-    assert scoreboard_page.summary(board).startswith(total)
-    text = scoreboard_page.scoreboard_markdown(board)
+    text = scoreboard_markdown(amiss)
     assert text.count('| **miss** |') == 2 and text.count('| pass |') == every['passed']
-    (row,) = [line for line in text.splitlines() if line.startswith('| 5.2.3 | walk, K_A 18 |')]
-    assert '2.00 +- 0.20' in row and '-7.70' in row and '**miss**' in row
+    fitted = [row for row in amiss.rows if row['kind'] == 'fitted']
+    assert f'; {len(fitted) - 2} of {len(fitted)} fitted rows pass' in summary(amiss)
