@@ -6,8 +6,6 @@ what stands beside it. Whoever changes what a line is about runs its test as wel
 
 BY_NIGHT = {
     'tests/golden/test_hashes.py::test_emulated_processors_take': 'all hashes on this processor, and with its kernels',
-    'tests/golden/test_hashes.py::test_other_kernels_of_the_linear_algebra_library_change_nothing[Haswell': 'the oldest kernel; all hashes with the portable one',
-    'tests/golden/test_hashes.py::test_other_kernels_of_the_linear_algebra_library_change_nothing[SkylakeX': 'the oldest kernel; all hashes with the portable one',
     'tests/graph/driver/test_live.py::': 'what a page cannot offer, in unit tests; a gain that is set in a simulated run',
     'tests/graph/driver/test_run.py::test_a_driver_runs_in_a_namespace': 'namespaces of a simulated run; a driver in lockstep',
     'tests/graph/driver/test_run.py::test_system_time_jitter': 'late and lost samples of the board; a driver in lockstep',
@@ -39,10 +37,8 @@ BY_NIGHT = {
     'tests/graph/test_recording.py::test_run_waits_for_a_recorder_that_is_far_behind': 'every recorded run is whole',
     'tests/installation/test_colcon.py::': 'what the wheels hold; dependencies of the packages compared; the tests themselves',
     'tests/installation/test_wheels.py::test_docker_builds_the_image': 'what the wheels hold; it builds over the network',
-    'tests/installation/test_wheels.py::test_the_parts': 'the tests themselves, on the same wheels',
-    'tests/installation/test_wheels.py::test_the_sdist': 'make run builds and installs every part',
     'tests/installation/test_wheels.py::test_the_steps_of_the_dockerfile': 'make run, and what the parts need',
-    'tests/installation/test_wheels.py::test_the_whole_is_its_parts': 'dependencies of the packages compared',
+    'tests/installation/test_wheels.py::test_the_whole_is_its_parts': 'make run builds and installs every part; their dependencies compared',
     'tests/integration/test_bout.py::test_both_robots_turn_on_the_spot[rubber-mujoco': 'the other sole on this engine, and the other engine on this sole',
     'tests/integration/test_bout.py::test_both_robots_turn_on_the_spot[smooth-bullet': 'the other sole on this engine, and the other engine on this sole',
     'tests/integration/test_documents_run.py::test_a_reader': 'verbs and options of every command in the documents',
