@@ -116,17 +116,11 @@ def test_what_ros_looks_for_is_built(machine, name):
     check_prefix(machine.checkout / 'ros2_ws' / 'install' / name, name)
 
 
-def test_the_workspace_sets_portable_arithmetic(machine):
-    shared = machine.checkout / 'ros2_ws/install/khr_common/share/khr_common'
-    assert 'source;share/khr_common/hook/arithmetic.dsv' in (shared / 'package.dsv').read_text()
-
-
-def test_a_node_runs_from_the_workspace(machine):
-    gait = 'ros2_ws/install/khr_balance/lib/khr_balance/gait --ros-args -p motion:=run'
-    printed = machine.run(*WORKSPACE, f'{gait} || test $? = 2')
-    assert 'accepted: stand | ' in printed
-
-
-def test_the_command_is_that_of_the_workspace(machine):
+def test_command_and_nodes_run_from_the_workspace_with_portable_arithmetic(machine):
+    install = machine.checkout / 'ros2_ws' / 'install'
     printed = machine.run(*WORKSPACE, 'python3 -c "import khr; print(khr.__file__)"')
-    assert printed.startswith(str(machine.checkout / 'ros2_ws' / 'install'))
+    assert printed.startswith(str(install))
+    gait = 'ros2_ws/install/khr_balance/lib/khr_balance/gait --ros-args -p motion:=run'
+    assert 'accepted: stand | ' in machine.run(*WORKSPACE, f'{gait} || test $? = 2')
+    hooks = (install / 'khr_common/share/khr_common/package.dsv').read_text()
+    assert 'source;share/khr_common/hook/arithmetic.dsv' in hooks

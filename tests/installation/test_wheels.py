@@ -1,4 +1,4 @@
-"""Wheels, of every package and of the whole, hold all and run where there is nothing else."""
+"""Distributions, of every package and of the whole, hold all; the image of the whole runs alone."""
 
 import os
 import shutil
@@ -13,10 +13,11 @@ import pytest
 
 from tests import ROOT
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 PARTS = sorted(path.parent.name for path in (ROOT / 'src').glob('*/package.xml'))
 PIP = [sys.executable, '-m', 'pip', '--quiet', '--disable-pip-version-check']
 BUILD = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index']
+NO_SOURCES = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
 
 
 def run(*command, **options):
@@ -27,34 +28,12 @@ def run(*command, **options):
     return ended.stdout
 
 
-@pytest.fixture(scope='module')
-def sources(tmp_path_factory):
-    """Return a copy of all that wheels are built from: building leaves files there."""
-    top = tmp_path_factory.mktemp('sources')
-    left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
-    for name in ('src', 'config'):
-        shutil.copytree(ROOT / name, top / name, symlinks=True, ignore=left)
-    for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
-        shutil.copy(ROOT / name, top)
-    return top
-
-
-def wheels(sources, kind, *packages):
-    """Build packages in the copy of the sources, into a folder there; return their wheels."""
-    run(*BUILD, '-w', kind, *packages, cwd=sources)
-    return sorted((sources / kind).glob('*.whl'))
-
-
-@pytest.fixture(scope='module')
-def parts(sources):
-    """Return the wheels of all packages."""
-    return wheels(sources, 'parts', *(f'./src/{name}' for name in PARTS))
-
-
-@pytest.fixture(scope='module')
-def whole(sources):
-    """Return the wheel of the whole, in a list."""
-    return wheels(sources, 'whole', '.')
+def copy(name, target):
+    """Copy a file or folder of the repository into a folder, or as that folder."""
+    if (ROOT / name).is_dir():
+        shutil.copytree(ROOT / name, target, symlinks=True, ignore=NO_SOURCES)
+    else:
+        shutil.copy(ROOT / name, target)
 
 
 def modules(wheels):
@@ -77,13 +56,24 @@ def entries(wheels):
     return found
 
 
-def test_the_whole_is_its_parts(parts, whole):
+def test_the_whole_is_its_parts_and_the_sdist_makes_the_same_wheel(tmp_path):
+    """All are built from a copy of the sources: building leaves files there."""
+    for name in ('src', 'config', '.ci'):
+        copy(name, tmp_path / name)
+    for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
+        copy(name, tmp_path)
+    copy('MANIFEST.in', tmp_path)
+    printed = run(sys.executable, '.ci/dist', 'dist', cwd=tmp_path)
+    sdist, whole = map(Path, printed.split())
+    assert sorted((tmp_path / 'dist').iterdir()) == sorted([sdist, whole])
+    run(*BUILD, '-w', 'parts', *(f'./src/{name}' for name in PARTS), cwd=tmp_path)
+    parts = sorted((tmp_path / 'parts').iterdir())
     assert [wheel.name.split('-')[0] for wheel in parts] == PARTS
-    assert [wheel.name.split('-')[0] for wheel in whole] == ['khr']
-    assert modules(whole) == modules(parts)
+    assert modules([whole]) == modules(parts) and entries([whole]) == entries(parts)
     templates = {path.relative_to(path.parents[2]) for path in ROOT.glob('src/*/*/*/*.j2')}
-    assert len(templates) > 5 and {*map(str, templates)} <= modules(whole)
-    assert entries(whole) == entries(parts)
+    assert len(templates) > 5 and {*map(str, templates)} <= modules(parts)
+    run(*BUILD, '-w', 'again', sdist, cwd=tmp_path)
+    assert modules((tmp_path / 'again').iterdir()) == modules(parts)
 
 
 def bare(folder):
@@ -103,46 +93,6 @@ def options_for(bin_folder, folder):
     return {'cwd': folder, 'env': kept | own | {'PIP_DISABLE_PIP_VERSION_CHECK': '1'}}
 
 
-def check_run(bin_folder, folder, way):
-    options = options_for(bin_folder, folder)
-    where = run(bin_folder / 'python', '-c', 'import khr; print(khr.__file__)', **options)
-    assert where.startswith(str(bin_folder.parent))
-    short = ['run', 'walk_3deg', '--duration', '0.3', '--out', folder / 'run']
-    assert 'trajectory hash' in run(bin_folder / 'khr', *short, way, **options)
-
-
-def test_the_parts_run_where_there_is_nothing_else(parts, tmp_path):
-    bin_folder = bare(tmp_path / 'venv')
-    install = ['install', '--no-deps', '--no-index', *parts]
-    run(*PIP, '--python', bin_folder / 'python', *install)
-    check_run(bin_folder, tmp_path, '--offline')
-
-
-@pytest.mark.timeout(300)
-def test_the_sdist_makes_the_same_wheel(whole, tmp_path):
-    for name in ('src', 'config', '.ci'):
-        left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
-        shutil.copytree(ROOT / name, tmp_path / name, symlinks=True, ignore=left)
-    for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
-        shutil.copy(ROOT / name, tmp_path)
-    shutil.copy(ROOT / 'MANIFEST.in', tmp_path)
-    printed = run(sys.executable, '.ci/dist', 'dist', cwd=tmp_path)
-    sdist, wheel = sorted((tmp_path / 'dist').iterdir(), reverse=True)
-    assert [sdist.name, wheel.name] == [Path(line).name for line in printed.split()]
-    assert modules([wheel]) == modules(whole)
-    run(*BUILD, '-w', 'again', sdist, cwd=tmp_path)
-    assert modules((tmp_path / 'again').glob('*.whl')) == modules([wheel])
-    bin_folder = bare(tmp_path / 'venv')
-    run(*PIP, '--python', bin_folder / 'python', 'install', '--no-deps', '--no-index', wheel)
-    check_run(bin_folder, tmp_path, '--offline')
-
-
-def instructions():
-    """Return the instructions of the Dockerfile, each with its arguments."""
-    lines = (ROOT / 'Dockerfile').read_text().splitlines()
-    return [line.partition(' ')[::2] for line in lines if line and not line.startswith('#')]
-
-
 def test_the_steps_of_the_dockerfile_lead_to_a_run(tmp_path):
     """Done here in a folder, with this environment's packages for those of the base image."""
     bin_folder, image = bare(tmp_path / 'venv'), tmp_path / 'image'
@@ -151,24 +101,26 @@ def test_the_steps_of_the_dockerfile_lead_to_a_run(tmp_path):
     pip.chmod(0o755)
     image.mkdir()
     allowed = (ROOT / '.dockerignore').read_text().splitlines()
-    left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
+    lines = (ROOT / 'Dockerfile').read_text().splitlines()
     others = []
-    for name, text in instructions():
+    for line in lines:
+        name, _, text = line.partition(' ')
         if name == 'COPY':
             *sources, target = text.split()
             for source in sources:
                 assert f'!{source}' in allowed
-                if (ROOT / source).is_dir():
-                    shutil.copytree(ROOT / source, image / target, symlinks=True, ignore=left)
-                else:
-                    shutil.copy(ROOT / source, image / target)
+                copy(source, image / target)
         elif name == 'RUN' and text.startswith('pip '):
             run('sh', '-c', text, **options_for(bin_folder, image))
-        else:
+        elif name not in ('', '#'):
             others.append(name)
     assert others == ['FROM', 'WORKDIR', 'RUN', 'USER', 'WORKDIR', 'ENTRYPOINT', 'CMD']
     shutil.rmtree(image)  # what runs must not need the sources
-    check_run(bin_folder, tmp_path, '--no-record')
+    options = options_for(bin_folder, tmp_path)
+    where = run(bin_folder / 'python', '-c', 'import khr; print(khr.__file__)', **options)
+    assert where.startswith(str(bin_folder.parent))
+    short = ['run', 'walk_3deg', '--duration', '0.3', '--out', tmp_path / 'run', '--no-record']
+    assert 'trajectory hash' in run(bin_folder / 'khr', *short, **options)
 
 
 def test_docker_builds_the_image():
