@@ -1,25 +1,10 @@
-"""Rules for the sources that no linter checks."""
-
-import ast
-
-import pytest
+"""Rules for the sources and for the list of the tests by night, which no linter checks."""
 
 from khr_bringup.code_version import SOURCES
 from khr_studies.measuring import kept_pool
 from khr_studies.measuring.kept_pool import imported_by
 from tests import ROOT
-
-
-@pytest.mark.slow
-def test_no_test_imports_another():
-    """What several tests use lies in tests/fakes and tests/support."""
-    shared = ('tests.fakes', 'tests.support')
-    for path in (ROOT / 'tests').glob('*/**/*.py'):
-        for node in ast.walk(ast.parse(path.read_text())):
-            module = node.module or '' if isinstance(node, ast.ImportFrom) else ''
-            if module.startswith('tests.') and not module.startswith(shared):
-                name = module.rpartition('.')[2]
-                assert not name.startswith(('test_', 'conftest')), path
+from tests.nightly import BY_NIGHT
 
 
 def test_the_code_version_covers_all_that_a_run_imports():
@@ -37,28 +22,27 @@ def test_the_code_version_covers_all_that_a_run_imports():
 
 
 def test_a_study_has_another_version_if_code_of_its_jobs_changes(monkeypatch):
-    study, versions = 'khr_studies.recovery.study', set()
-    of_jobs = (
-        'khr_studies.push.study',
-        'khr_studies.recovery.study',
-        'khr_studies.measuring.condition',
-    )
+    study, of_jobs = 'khr_studies.recovery.study', 'khr_studies.measuring.condition'
+    before = kept_pool.version_of_study(study)
     sources = imported_by(study)
-    for changed in ('', *of_jobs):
-        found = sources | ({changed: sources[changed] + b'0'} if changed else {})
-        monkeypatch.setattr(kept_pool, 'imported_by', lambda _, found=found: found)
-        versions.add(kept_pool.version_of_study.__wrapped__(study))
-    assert len(versions) == 1 + len(of_jobs)
+    changed = sources | {of_jobs: sources[of_jobs] + b'0'}
+    monkeypatch.setattr(kept_pool, 'imported_by', lambda _: changed)
+    assert kept_pool.version_of_study.__wrapped__(study) != before
 
 
-def test_the_version_of_a_study_does_not_depend_on_its_words():
+def test_the_version_of_a_study_depends_on_its_code_and_not_on_its_words():
     code = b'def f(x):\n    return x + 1\n'
     told = b'"""A module."""\n\ndef f(x):\n    """Add 1."""\n    return x + 1  # one\n'
     assert kept_pool.code_of(told) == kept_pool.code_of(code)
     assert kept_pool.code_of(code.replace(b'1', b'2')) != kept_pool.code_of(code)
-
-
-def test_code_without_imports_stays_the_same_when_a_name_moves():
     here, moved = (f'from {module} import x\ny = x\n'.encode() for module in 'ab')
     assert kept_pool.code_of(here) != kept_pool.code_of(moved)
     assert kept_pool.code_of(here, imports=False) == kept_pool.code_of(moved, imports=False)
+
+
+def test_each_test_by_night_is_one_that_there_is():
+    for each, instead in BY_NIGHT.items():
+        path, _, name = each.partition('::')
+        text = (ROOT / path).read_text(encoding='utf-8')
+        assert f'def {name.partition("[")[0]}' in text, each
+        assert instead, each
