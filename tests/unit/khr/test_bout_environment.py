@@ -82,10 +82,10 @@ def test_episodes_differ_by_seed_and_start_and_can_be_repeated():
             environment.step(still(environment))
         return environment.trajectory_hash
 
-    noisy = {'options': {'red_start': [-0.1, 0.02, 5.0]}}
-    found = [episode(seed=1), episode(seed=1, **noisy), episode(seed=1)]
+    elsewhere = {'red_start': np.array([-0.1, 0.02, 5.0])}
+    found = [episode(seed=1), episode(seed=1, options=elsewhere), episode(seed=1)]
     assert found[0] == found[2] != found[1]
-    environment = fight(**{'simulator.initial_tilt_deg': 0.3})
+    environment = fight(**{'simulator.initial_tilt_deg': np.float64(0.3)})
     assert len({episode(seed=1), episode(), episode(seed=2)}) == 3
     assert episode(seed=1) == episode(seed=1)
 
@@ -102,15 +102,9 @@ def test_the_robots_act_for_themselves():
 
 
 def test_every_controller_of_both_robots_is_off():
-    environment = khr.bout_env('shove', set={'blue.roll_controller.enabled': True})
+    environment = khr.bout_env('shove_step', set={'blue.roll_controller.enabled': True})
     for scenario in environment._base.robots.values():
         assert not [node for node in controllers() if scenario.whole(node)['enabled']]
-
-
-def test_parameters_and_starts_may_be_numbers_and_arrays_of_numpy():
-    environment = khr.bout_env('shove', set={'simulator.seed': np.int64(3)}, engine='mujoco')
-    environment.reset(options={'red_start': np.array([-0.2, 0.0, 0.0])})
-    environment.close()
 
 
 @pytest.mark.parametrize(
@@ -118,12 +112,9 @@ def test_parameters_and_starts_may_be_numbers_and_arrays_of_numpy():
     [
         (lambda: khr.bout_env('nowhere'), 'no such bout'),
         (lambda: khr.bout_env('shove', engine='ode'), r'bullet \| mujoco'),
-        (lambda: khr.bout_env('shove', engine=''), r'bullet \| mujoco'),
         (lambda: khr.bout_env('shove', set={'simulator.seed': object()}), 'a number, text, list'),
         (lambda: fight().step({}), 'after reset'),
         (lambda: started().step({'red': np.zeros(2)}), r"\['red'\].*one of red and blue"),
-        (lambda: started().step({'red': np.zeros(3), 'blue': np.zeros(2)}), '2 finite numbers'),
-        (lambda: started(red_start=[0.0]), 'red_start'),
         (lambda: started(red_start='left'), 'red_start'),
     ],
 )

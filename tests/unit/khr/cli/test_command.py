@@ -15,13 +15,11 @@ import pytest
 
 from khr.cli import command
 from khr.cli.verbs.bouts import start_bout
-from khr.cli.verbs.options import ros2_command, settings_text
 from khr.cli.verbs.runs import start_run
 from khr_bringup.launching import split_changes
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.robots import on_robot
 from khr_bringup.scenario.scenario import load_scenario
-from khr_common import RunError
 from khr_common.errors import KhrError
 from tests.support.runs import KHR
 
@@ -43,10 +41,8 @@ def khr(monkeypatch, capsys, *arguments):
         (['view', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
         (['run', 'walk_0deg', '--expect', 'flown'], ['flown', 'walked | stood']),
         (['run', 'walk_0deg', '--expect', 'realtime'], ['--expect', 'sync=realtime']),
-        *(
-            (['run', 'walk_0deg', '--offline', *words], [f'{words[0]}: ', '--offline'])
-            for words in (['--realtime'], ['--view'], ['--network'])
-        ),
+        (['run', 'walk_0deg', '--offline', '--view'], ['--view: ', '--offline']),
+        (['run', 'walk_0deg', '--offline', '--network'], ['--network: ', '--offline']),
         (['verify', 'nowhere'], ['nowhere: not there', 'folder of a run']),
         (['get', 'gait', '--timeout', '0'], ['--timeout', '0.1', 'khr get --help']),
         (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),
@@ -58,20 +54,19 @@ def khr(monkeypatch, capsys, *arguments):
         (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
         (['fly'], ['fly', 'khr --help']),
         (['report', 'last'], ['last: no run', 'folder of a run']),
-        (['lines', 'last'], ['last: no run', 'folder of a run']),
         (['run', '.'], ['.: a folder, no file', 'khr scenarios']),
         (['run', 'walk_0deg', '--set', 'gait.cycels=3'], ['did you mean cycles?']),
         (['run', 'walk_0deg', '--set', 'ankle_controler.gain=3'], ['did you mean ankle_contr']),
-        (
-            ['run', 'walk_0deg', '--set', 'gain=3'],
-            ['ankle_controller.gain or hip_controller.gain'],
-        ),
+        (['run', 'walk_0deg', '--set', 'gain=3'], ['ankle_controller.gain or hip_controller.g']),
+        (['run', 'walk_0deg', '--offline', '--ka', '-1'], ['ankle_controller: gain: ']),
+        (['view', 'walk_0deg', '--no-browser', '--kh', 'nan'], ['hip_controller: gain: ']),
+        (['view', 'stand_0deg', '--no-browser', '--port', '99999'], ['--port: ']),
+        (['view', '.', '--no-browser', '--kh', '0'], ['--kh: not accepted with a recording']),
+        (['view', '.', '--no-browser', '--no-record'], ['--no-record: not accepted with a rec']),
         *(
             (['board', 'serve', 'stand_0deg', '--link', 'rcb4', option, value], [option, bound])
             for option, value, bound in (
                 ('--duration', '-1', '0'),
-                ('--duration', 'nan', '0'),
-                ('--reply-ms', '-5', '0'),
                 ('--byte-us', 'nan', '0'),
                 ('--priority', '500', '99'),
             )
@@ -87,57 +82,18 @@ def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
     assert len(lines) == 1
     for word in says:
         assert word in lines[0]
-    assert not (tmp_path / 'runs').exists()
-
-
-def test_lines_look_at_the_folder_of_their_page_before_they_run_anything(
-    monkeypatch, capsys, tmp_path
-):
-    def never(*_, **__):
-        raise AssertionError('ran')
-
-    monkeypatch.setattr('khr_studies.peak_origin.study.run_variants', never)
-    (tmp_path / 'file').touch()
-    code, _, err = khr(monkeypatch, capsys, 'lines', '--out', tmp_path / 'file' / 'x.md')
-    assert code == 2 and err.startswith('khr: --out: ') and err.count('\n') == 1
-
-
-@pytest.mark.parametrize(('option', 'value'), [('--ka', '-1'), ('--ka', 'nan'), ('--kh', '-12')])
-def test_a_gain_that_is_none_does_not_switch_the_control_off(
-    monkeypatch, capsys, tmp_path, option, value
-):
-    monkeypatch.chdir(tmp_path)
-    for verb in (['run', '--offline'], ['view', '--no-browser']):
-        code, _, err = khr(monkeypatch, capsys, verb[0], 'walk_0deg', *verb[1:], option, value)
-        assert code == 2 and 'controller: gain: ' in err and err.count('\n') == 1
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    'words',
-    [
-        ['--ka', '12'],
-        ['--kh', '0'],
-        ['--set', 'gait.cycles=3'],
-        ['--robot', 'leaning'],
-        ['--engine', 'mujoco'],
-        ['--duration', '3'],
-        ['--pace', '2'],
-        ['--no-record'],
-        ['--out', 'there'],
-        ['--domain', '7'],
-    ],
-)
-def test_an_option_of_a_run_is_refused_with_a_recording(monkeypatch, capsys, tmp_path, words):
-    code, _, err = khr(monkeypatch, capsys, 'view', tmp_path, '--no-browser', *words)
-    said = f'khr: {words[0]}: not accepted with a recording; accepted: a scenario\n'
-    assert (code, err) == (2, said)
 
 
 def test_a_run_of_nothing_lists_the_scenarios(monkeypatch, capsys):
     code, out, err = khr(monkeypatch, capsys, 'run')
     assert code == 2 and 'walk_7.68deg_ka12' in out
     assert err == 'khr: run: no scenario given; accepted: one of these, or a scenario file\n'
+
+
+def test_without_a_verb_there_is_help(monkeypatch, capsys):
+    code, out, err = khr(monkeypatch, capsys)
+    assert (code, err) == (2, '') and 'The real robot' in out
 
 
 def test_the_version_is_that_of_the_package(monkeypatch, capsys):
@@ -154,19 +110,8 @@ def test_the_shell_completes_scenarios():
 
 
 def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
-    code, out, err = khr(
-        monkeypatch,
-        capsys,
-        'run',
-        'stand_0deg',
-        '--offline',
-        '--duration',
-        '0.3',
-        '--out',
-        tmp_path / 'run',
-        '--expect',
-        'fell',
-    )
+    words = ['run', 'stand_0deg', '--offline', '--duration', '0.3', '--out', tmp_path / 'run']
+    code, out, err = khr(monkeypatch, capsys, *words, '--expect', 'fell')
     assert code == 1
     assert 'expected fell, the outcome is stood' in err
     assert out.strip().splitlines()[-1].startswith('trajectory hash ')
@@ -190,31 +135,6 @@ def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
     assert lines[0] == title and lines[-2] == f'folder {folder}'
 
 
-def test_the_folder_of_a_run_is_named_whole(monkeypatch, capsys, tmp_path):
-    def stop(*_, **__):
-        raise RunError('stopped')
-
-    monkeypatch.setenv('COLUMNS', '80')
-    monkeypatch.setattr('khr_bringup.running.run_graph', stop)
-    folder = tmp_path / ('long' * 20)
-    code, _, err = khr(monkeypatch, capsys, 'run', 'stand_0deg', '--out', folder)
-    assert code == 1
-    assert err.splitlines()[0].endswith(f'  folder {folder}')
-
-
-@pytest.mark.parametrize(
-    'words', [['--port', '99999'], ['--host', '192.0.2.1'], ['--host', 'nowhere.invalid']]
-)
-def test_a_page_that_cannot_be_served_is_refused_before_there_is_a_folder(
-    monkeypatch, capsys, tmp_path, words
-):
-    monkeypatch.chdir(tmp_path)
-    code, _, err = khr(monkeypatch, capsys, 'view', 'stand_0deg', '--no-browser', *words)
-    assert code == 2
-    assert err.startswith(f'khr: {words[0]}: ') and err.count('\n') == 1
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ('settings', 'warning'),
     [
@@ -224,8 +144,6 @@ def test_a_page_that_cannot_be_served_is_refused_before_there_is_a_folder(
             'false; to switch it on: --set hip_controller.enabled=true\n',
         ),
         (['hip_controller.gain=13', 'hip_controller.enabled=true'], ''),
-        (['hip_controller.enabled=false'], ''),
-        (['ankle_controller.gain=13', 'gait.cycles=2'], ''),
     ],
 )
 def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, settings, warning):
@@ -243,14 +161,6 @@ def test_critical_points_out_a_gain_of_a_controller_that_is_off(monkeypatch, cap
     setting = ('--set', 'ankle_controller.gain=12')
     assert 'no effect' in khr(monkeypatch, capsys, 'critical', '--ka', '0', *setting)[2]
     assert khr(monkeypatch, capsys, 'critical', '--ka', '6', *setting)[2] == ''
-
-
-@pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
-def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
-    code, out, err = khr(monkeypatch, capsys, *arguments)
-    assert code == expected
-    assert 'scenarios' in out
-    assert err == ''
 
 
 def test_interruption_is_exit_code_130(monkeypatch, capsys):
@@ -298,15 +208,6 @@ sys.late = Late()  # deleted when the interpreter has restored the default actio
 sys.argv = ['khr', '--version']
 command.main()
 """
-
-
-def test_a_signal_at_the_end_of_the_interpreter_leaves_the_exit_code():
-    script = LATE.format(number=int(signal.SIGTERM))
-    done = subprocess.run([sys.executable, '-c', script], capture_output=True, check=False)
-    assert (done.returncode, done.stderr) == (0, b'')
-    assert done.stdout.startswith(b'khr ')
-
-
 CAUGHT = """
 import os, sys
 from khr.cli import app, command
@@ -323,11 +224,15 @@ command.main()
 """
 
 
-def test_an_interruption_within_an_exec_of_an_import_leaves_the_exit_code(tmp_path):
-    (tmp_path / 'caught.py').write_text(CAUGHT.format(number=int(signal.SIGINT)))
-    words = [sys.executable, '-m', 'caught']
+@pytest.mark.parametrize(
+    ('script', 'number', 'code'), [(LATE, signal.SIGTERM, 0), (CAUGHT, signal.SIGINT, 130)]
+)
+def test_an_awkward_signal_leaves_the_exit_code(tmp_path, script, number, code):
+    """At the end of the interpreter, or within an exec of an import."""
+    (tmp_path / 'script.py').write_text(script.format(number=int(number)))
+    words = [sys.executable, '-m', 'script']
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, check=False)
-    assert (done.returncode, done.stderr) == (130, b'')
+    assert (done.returncode, done.stderr) == (code, b'')
 
 
 @pytest.mark.slow
@@ -336,8 +241,6 @@ def test_an_interruption_within_an_exec_of_an_import_leaves_the_exit_code(tmp_pa
     [
         (['run', 'stand_0deg', '--offline', '--out', b'a\xff'], {}),
         (['run', 'stand_0deg', '--out', 'aü'], ASCII),
-        (['run', b'a\xff'], ASCII),
-        (['run', 'stand_0deg', '--set', b'gait.motion=\xff'], {}),
         (['report', b'a\xff'], {}),
     ],
 )
@@ -361,26 +264,12 @@ def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
     assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
 
 
-@pytest.mark.parametrize('columns', ['80', '200'])
-def test_scenarios_lists_all(monkeypatch, capsys, columns):
-    monkeypatch.setenv('COLUMNS', columns)
+def test_scenarios_lists_all(monkeypatch, capsys):
+    monkeypatch.setenv('COLUMNS', '80')
     code, out, _ = khr(monkeypatch, capsys, 'scenarios')
     assert code == 0
-    for name in (
-        'walk_7.68deg_ka12',
-        'lift_3.8deg',
-        'push_behind',
-        'walk_9.7deg_ka12_kh12_rubber',
-    ):
+    for name in ('lift_3.8deg', 'push_behind', 'walk_9.7deg_ka12_kh12_rubber'):
         assert name in out
-
-
-def test_a_flag_has_no_type_and_the_verbs_are_in_groups(monkeypatch, capsys):
-    for words in (['figure'], ['board'], ['board', 'probe'], []):
-        _, text, _ = khr(monkeypatch, capsys, *words, '--help')
-        assert '--help' in text and '<bool>' not in text
-    places = [text.index(group) for group in ('Run and look', 'While it runs', 'Studies')]
-    assert places == sorted(places) and 'The real robot' in text
 
 
 @pytest.mark.slow
@@ -412,37 +301,21 @@ def test_gains_and_engine_have_options_and_last_is_the_newest_run(monkeypatch, c
     assert frames[0] == frames[1] == frames[2] and frames[0].startswith('time_s,com_x_m')
 
 
-def test_changes_are_one_argument_and_empty_ones_are_left_out():
-    line = ros2_command(
-        'walk_3deg',
-        ['ankle_controller.gain=12', *settings_text({('simulator', 'sync'): 'realtime'})],
-        {'driver': '', 'out': 'a folder'},
-    )
-    assert shlex.split(line) == [
-        'ros2',
-        'launch',
-        'khr_bringup',
-        'balance.launch.py',
-        'scenario:=walk_3deg',
-        'set:=ankle_controller.gain=12,simulator.sync=realtime',
-        'out:=a folder',
-    ]
-
-
-def test_the_command_has_gains_engine_and_robot(capsys):
-    start_run('lift_2.7deg', ka=18.0, engine='mujoco', robot='leaning', print_ros2=True)
-    changes = shlex.split(capsys.readouterr().out)[5].removeprefix('set:=')
-    launched = load_scenario('lift_2.7deg').set_to(split_changes(changes))
+def test_the_command_of_ros2_has_gains_engine_robot_and_folder(capsys):
+    asked = {'ka': 18.0, 'engine': 'mujoco', 'robot': 'leaning', 'out': 'a folder'}
+    start_run('lift_2.7deg', print_ros2=True, **asked)
+    *launch, scenario, changes, out = shlex.split(capsys.readouterr().out)
+    assert launch == ['ros2', 'launch', 'khr_bringup', 'balance.launch.py']
+    assert (scenario, out) == ('scenario:=lift_2.7deg', 'out:=a folder')
+    settings = split_changes(changes.removeprefix('set:='))
+    launched = load_scenario('lift_2.7deg').set_to(settings)
     meant = on_robot(load_scenario('lift_2.7deg'), 'leaning').set_to(
         ['ankle_controller.gain=18.0', 'ankle_controller.enabled=true', 'simulator.engine=mujoco']
     )
     assert launched.values == meant.values
 
 
-@pytest.mark.parametrize(
-    'option', [{'offline': True}, {'one_process': True}, {'domain': 3}, {'network': True}]
-)
-def test_an_option_that_the_command_cannot_carry_is_refused(option):
-    for start, name in ((start_run, 'walk_0deg'), (start_bout, 'shove')):
-        with pytest.raises(KhrError, match=r'^--.*: not with --print-ros2'):
-            start(name, print_ros2=True, **option)
+@pytest.mark.parametrize(('start', 'name'), [(start_run, 'walk_0deg'), (start_bout, 'shove')])
+def test_an_option_that_the_command_of_ros2_cannot_carry_is_refused(start, name):
+    with pytest.raises(KhrError, match=r'^--domain: not with --print-ros2'):
+        start(name, print_ros2=True, domain=3)

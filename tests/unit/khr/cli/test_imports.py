@@ -32,13 +32,9 @@ def test_the_verbs_for_a_running_graph_import_no_arrays_and_no_scenarios():
     assert not imported(*PANELS['While it runs']) & HEAVY
 
 
-def test_a_value_is_read_without_the_tables_of_the_nodes():
-    script = (
-        'import sys; from khr_bringup.graph.live import LiveParameter as P; import rclpy;'
-        "print(P('gain', 1.0, '').read('gait', '3'), 'numpy' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, '-c', script], check=True, capture_output=True)
-    assert done.stdout.decode() == '3.0 False\n'
+def test_a_run_from_python_imports_neither_gymnasium_nor_pandas():
+    code = 'import khr, sys; khr.run; print({"gymnasium", "pandas"} & sys.modules.keys())'
+    assert subprocess.check_output([sys.executable, '-c', code], text=True) == 'set()\n'
 
 
 def test_only_the_module_of_the_verb_is_imported():
