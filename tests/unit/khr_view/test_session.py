@@ -1,13 +1,12 @@
 """The successive runs of a page: what the reader has changed holds in the next one."""
 
-from pathlib import Path
-
 import pytest
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import load_scenario, read_scenario
 from khr_common.errors import KhrError
 from khr_view.session import Session
+from tests import ROOT
 
 
 @pytest.fixture
@@ -75,7 +74,7 @@ def test_another_scenario_runs_on_the_installed_engine(session, monkeypatch):
 
 
 def test_a_motion_file_lies_beside_its_scenario(session, tmp_path, monkeypatch):
-    squat = Path('examples/squat.yaml').resolve()
+    squat = ROOT / 'examples' / 'squat.yaml'
     monkeypatch.chdir(tmp_path)
     session.switch(str(squat))
     by_path = session.next.values
