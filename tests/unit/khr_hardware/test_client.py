@@ -50,13 +50,12 @@ class Spoiler:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('streams', [1_500, 10_000])
-def test_corrupted_streams_give_no_wrong_value(streams):
+def test_corrupted_streams_give_no_wrong_value():
     """Each stream is some exchanges over a line that spoils a part of the replies."""
     board = bench_board()
     rng = Random(1)
     good = failed = spoilt = 0
-    for seed in range(streams):
+    for seed in range(1500):
         spoiler = Spoiler(seed, share=rng.choice([0.2, 0.5, 0.9]))
         client = Client(Loopback(board, spoiler))
         for _ in range(2):
@@ -68,7 +67,7 @@ def test_corrupted_streams_give_no_wrong_value(streams):
                 failed += 1
         spoilt += spoiler.spoilt
         assert client.counts.retries <= RETRIES * client.counts.exchanges
-    assert min(good, failed, spoilt) > streams / 20
+    assert min(good, failed, spoilt) > 75
 
 
 def test_a_reply_that_comes_late_is_never_taken_for_another():

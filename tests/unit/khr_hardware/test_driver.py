@@ -13,7 +13,7 @@ from khr_hardware.driver import FREE_ATTEMPTS, MAX_FAILED_READS, MAX_FAILED_WRIT
 from khr_hardware.errors import BoardError
 from khr_hardware.inspection import hold_pose
 from khr_hardware.joint_map import COUNT, JointMap
-from khr_hardware.protocol.commands import SHORTEST, refusal
+from khr_hardware.protocol.commands import SHORTEST
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, Mixing
 from tests.fakes.boards import STANCE, Rig
 
@@ -38,18 +38,17 @@ def test_connecting_moves_nothing_keeps_trims_and_stops_program_and_mixings(rig)
     assert not rig.board.record(18).mixings[0].active
 
 
-def test_a_missing_servo_is_named_and_nothing_is_written():
+@pytest.mark.parametrize(
+    ('address', 'data', 'says'),
+    [
+        (0x44 + 36, b'\xff\xff', 'l_ankle_pitch'),
+        (0x90 + 20 * 18 + 2, b'\0\0', r'l_ankle_pitch 0 \(map: -600\) not accepted'),
+    ],
+)
+def test_a_missing_servo_or_another_trim_is_named_and_nothing_is_written(address, data, says):
     rig = Rig()
-    rig.board.ram[0x44 + 36 : 0x44 + 38] = b'\xff\xff'
-    with pytest.raises(BoardError, match='l_ankle_pitch'):
-        rig.driver.connect()
-    assert rig.driver.state == 'disconnected' and rig.board.config.program
-
-
-def test_another_trim_than_in_the_map_is_named_and_nothing_is_written():
-    rig = Rig()
-    rig.board.ram[0x90 + 20 * 18 + 2 : 0x90 + 20 * 18 + 4] = b'\0\0'
-    with pytest.raises(KhrError, match=r'l_ankle_pitch 0 \(map: -600\) not accepted'):
+    rig.board.ram[address : address + 2] = data
+    with pytest.raises(KhrError, match=says):
         rig.driver.connect()
     assert rig.driver.state == 'disconnected' and rig.board.config.program
 
@@ -155,8 +154,7 @@ def test_hold_keeps_the_target_and_start_ramps_on(rig):
 
 
 @pytest.mark.parametrize('state', ['idle', 'ramping', 'running', 'starved', 'holding', 'fault'])
-@pytest.mark.parametrize('refused', [0, FREE_ATTEMPTS - 1])
-def test_free_wins_over_everything(state, refused, rig):
+def test_free_wins_over_everything(state, rig):
     """Also if the board does it only when it has been asked ten times."""
     rig.period()
     if state in ('running', 'starved', 'holding', 'fault'):
@@ -175,11 +173,11 @@ def test_free_wins_over_everything(state, refused, rig):
         ('running', True) if state == 'starved' else (state, False)
     )
     assert (rig.targets == [None] * 17) == (state == 'idle')
-    rig.refuse(0x10, refused)
+    rig.refuse(0x10, FREE_ATTEMPTS - 1)
     rig.driver.free()
     rig.periods(5)
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
-    assert rig.client.counts.refused == refused
+    assert rig.client.counts.refused == FREE_ATTEMPTS - 1
     assert rig.run().targets == pytest.approx(STANCE, abs=COUNT)
 
 
@@ -243,20 +241,6 @@ def test_a_board_that_starts_anew_is_a_fault(config):
     assert rig.driver.state == 'fault' and 'restarted' in rig.driver.reason
 
 
-def test_refusals_now_and_then_are_lived_through():
-    rig = Rig(retries=1).connect().run()
-    count = 0
-
-    def refuse_each_fifth(reply):
-        nonlocal count
-        count += 1
-        return refusal(reply[1]).encode() if count % 5 == 0 else reply
-
-    rig.port.tamper = refuse_each_fifth
-    rig.periods(100)
-    assert rig.driver.state == 'running'
-
-
 def test_a_line_that_is_gone_is_a_fault_at_once(rig):
     rig.run()
     rig.port.close()
@@ -283,10 +267,9 @@ def test_a_low_battery_ends_it_after_half_a_second(rig):
     assert rig.targets == [None] * 17
 
 
-@pytest.mark.parametrize('late', [1.0, 2.0])
-def test_time_with_torque_is_limited(late):
+def test_time_with_torque_is_limited():
     """By the clock: periods may come late."""
-    rig = Rig(torque_time=2.0, late=late).connect()
+    rig = Rig(torque_time=2.0, late=2.0).connect()
     rig.driver.start()
     for _ in range(300):
         rig.period()
@@ -303,11 +286,13 @@ def test_a_dry_run_gives_no_servo_torque():
     assert rig.driver.state == 'running' and rig.targets == [None] * 17
 
 
-def test_without_reading_positions_the_pose_is_the_target():
+@pytest.mark.parametrize('positions_per_period', [0, 4])
+def test_the_pose_is_what_is_read_in_turn_or_else_the_target(positions_per_period):
     """And not the one from before the ramp."""
-    rig = Rig(positions_per_period=0).connect().run()
-    rig.period()
+    rig = Rig(positions_per_period=positions_per_period).connect().run()
+    rig.periods(5)
     assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
+    assert rig.driver.battery == pytest.approx(11.1, abs=0.02)
 
 
 def test_holding_in_place_stops_what_would_move_the_servos():
@@ -321,10 +306,3 @@ def test_holding_in_place_stops_what_would_move_the_servos():
         rig.board.cycle()
     assert rig.board.robot.positions == before and None not in rig.targets
     assert not rig.board.config.program and not rig.board.config.jumps
-
-
-def test_every_position_is_read_in_turn(rig):
-    rig.run()
-    rig.periods(5)
-    assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
-    assert rig.driver.battery == pytest.approx(11.1, abs=0.02)

@@ -1,7 +1,5 @@
 """A virtual board behind a pseudo-terminal, driven by our client and by one nobody here wrote."""
 
-from random import Random
-
 import numpy as np
 import pytest
 from rcb4.rcb4interface import RCB4Interface
@@ -14,7 +12,6 @@ from khr_hardware.protocol.memory import FREE, Config
 from khr_hardware.virtual.server import KINDS, Fault, Faults, Server, Wire
 from tests.fakes.boards import TRIMS, bench_board
 from tests.support import exchanges
-from tests.support.exchanges import exchange
 from tests.support.served import served
 
 RATES = (1_250_000,) * 3 + (115_200,) * 3  # it opens the line at each three times
@@ -149,39 +146,13 @@ def test_on_a_wire_a_reply_takes_as_long_as_its_bytes_and_the_board(tmp_path):
         connect(line, 1_250_000, timeout=0.01)
 
 
-@pytest.mark.slow
-def test_over_a_pseudo_terminal_a_spoilt_line_gives_no_wrong_value(tmp_path):
-    rng, faults, board = Random(2), Faults(), bench_board()
-    good = failed = 0
-    with served(board, tmp_path, stepped=True, faults=faults) as (_, line):
-        client, _ = connect(line, 1_250_000, timeout=0.01)
-        for _ in range(300):
-            if rng.random() < 0.3:
-                kind = rng.choice(['lost', 'late', 'corrupt', 'nck'])
-                faults.add(Fault(kind, count=rng.choice([1, 2, 4]), duration=0.015))
-            try:
-                exchange(client, board, rng)
-                good += 1
-            except BoardError as error:
-                assert '\n' not in str(error) and not client.closed
-                failed += 1
-        assert good > 100 and failed and client.counts.stray
-        client.close()
-
-
-def test_a_line_that_goes_ends_the_client(tmp_path):
-    with served(bench_board(), tmp_path) as (_, line):
-        client, _ = connect(line)
-    with pytest.raises(PortError, match='gone'):
-        client.ad()
-
-
-def test_a_line_that_someone_has_open_is_refused(tmp_path):
+def test_a_line_is_of_one_client_and_ends_it_when_it_goes(tmp_path):
     with served(bench_board(), tmp_path) as (_, line):
         client, _ = connect(line)
         with pytest.raises(PortError, match='accepted'):
             connect(line)
-        client.close()
+    with pytest.raises(PortError, match='gone'):
+        client.ad()
 
 
 def test_a_file_that_is_there_is_not_overwritten(tmp_path):
@@ -191,7 +162,7 @@ def test_a_file_that_is_there_is_not_overwritten(tmp_path):
     assert (tmp_path / 'board').read_text() == 'mine'
 
 
-@pytest.mark.parametrize('text', ['', 'kind=fire', 'kind=lost count=0', 'lost', 'kind=lost x=1'])
+@pytest.mark.parametrize('text', ['kind=fire', 'kind=lost count=0', 'lost'])
 def test_a_fault_that_does_not_read_is_refused(text):
     with pytest.raises(KhrError, match='accepted'):
         Fault.parse(text)
