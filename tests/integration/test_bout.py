@@ -174,8 +174,7 @@ def test_the_first_of_two_shoves_wins_a_duel():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
-@pytest.mark.parametrize('surface', ['rubber', 'smooth'])
+@pytest.mark.parametrize(('surface', 'engine'), [('rubber', 'bullet'), ('smooth', 'mujoco')])
 def test_both_robots_turn_on_the_spot(engine, surface):
     cycles, poses = 2, {'red': [], 'blue': []}
 

@@ -79,10 +79,13 @@ def test_the_estimate_is_within_5_mm_and_12_mm_of_the_truth_over_16_pushes(engin
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('engine', ENGINES)
 @pytest.mark.parametrize(
-    ('direction', 'inclination', 'times'),
-    [('behind', 0.0, 1.5), ('behind', 5.0, 1.5), ('front', 0.0, 1.2)],
+    ('direction', 'inclination', 'times', 'engine'),
+    [
+        ('behind', 0.0, 1.5, 'mujoco'),
+        ('behind', 5.0, 1.5, 'mujoco'),
+        ('front', 0.0, 1.2, 'bullet'),
+    ],
 )
 def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclination, times, engine):
     force = times * HELD[direction, inclination] / 0.1
@@ -91,10 +94,9 @@ def test_a_step_holds_a_push_that_topples_the_ankle_control(direction, inclinati
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('engine', ENGINES)
 @pytest.mark.parametrize('name', ['push_behind_step', 'push_front_step'])
-def test_the_robot_with_its_sensors_steps_and_closes_its_stance(name, engine):
-    pushed = load_scenario(name).set_to([f'simulator.engine={engine}'])
+def test_the_robot_with_its_sensors_steps_and_closes_its_stance(name):
+    pushed = load_scenario(name).set_to(['simulator.engine=mujoco'])
     assert not run_offline(pushed).outcome.fell
     planted = pushed.set_to(['recovery.enabled=false'])
     assert run_offline(planted).outcome.fell
@@ -110,24 +112,20 @@ def test_the_robot_that_has_stepped_closes_its_stance_on_its_soles(engine):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('engine', ENGINES)
 @pytest.mark.parametrize(
     ('direction', 'phase', 'impulse'), [('behind', 0.25, 0.76), ('front', 0.0625, 0.62)]
 )
-def test_a_step_out_of_a_walk_holds_a_push_that_topples_it(direction, phase, impulse, engine):
+def test_a_step_out_of_a_walk_holds_a_push_that_topples_it(direction, phase, impulse):
     case = Case(direction)
-    assert push_walk(case.condition(engine, motion='walk'), impulse, phase)['fell']
-    stepped = push_walk(case.condition(engine, recovery=True, motion='walk'), impulse, phase)
+    assert push_walk(case.condition('mujoco', motion='walk'), impulse, phase)['fell']
+    stepped = push_walk(case.condition('mujoco', recovery=True, motion='walk'), impulse, phase)
     assert not stepped['fell']
     assert stepped['steps'] == 1
 
 
-@pytest.mark.parametrize(
-    ('name', 'duration'), [('walk_8.88deg_ka12', 3.0), ('lift_7.6deg_ka12', 4.0)]
-)
-def test_a_run_without_a_fall_is_the_same_bit_for_bit_with_the_node(name, duration):
-    scenario = load_scenario(name).set_to(
-        [f'simulator.duration={duration}', 'simulator.engine=mujoco']
+def test_a_run_without_a_fall_is_the_same_bit_for_bit_with_the_node():
+    scenario = load_scenario('walk_8.88deg_ka12').set_to(
+        ['simulator.duration=3.0', 'simulator.engine=mujoco']
     )
     enabled = scenario.changed(dict([ENABLED]))
     assert 'recovery' in enabled.nodes
