@@ -158,20 +158,6 @@ def split(folder, parts, **options):
     return folder
 
 
-def as_iron(folder):
-    """Change metadata to those of ROS 2 Iron, with policies as numbers in a text."""
-    path = folder / 'metadata.yaml'
-    about = yaml.safe_load(path.read_text())
-    information = about['rosbag2_bagfile_information']
-    information['version'] = 6
-    information['topics_with_message_count'] = [
-        each | {'topic_metadata': each['topic_metadata'] | {'offered_qos_profiles': POLICIES}}
-        for each in information['topics_with_message_count']
-    ]
-    path.write_text(yaml.safe_dump(about))
-    return folder
-
-
 def as_humble(folder):
     """Change metadata to those of ROS 2 Humble, and SQLite to its tables without types."""
     for file in folder.glob('*.db3'):
@@ -189,6 +175,6 @@ def as_humble(folder):
         information.pop(key, None)
     for entry in information['topics_with_message_count']:
         entry['topic_metadata'].pop('type_description_hash', None)
-        entry['topic_metadata']['offered_qos_profiles'] = ''
+        entry['topic_metadata']['offered_qos_profiles'] = POLICIES
     path.write_text(yaml.safe_dump(about))
     return folder

@@ -1,7 +1,6 @@
 """Two robots in one domain, each in its namespace: the results that they have alone."""
 
 import os
-import signal
 import subprocess
 import sys
 
@@ -11,7 +10,7 @@ from khr_bringup.changes import changes_in
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
-from tests.support.namespaced import Robot, hash_in, python
+from tests.support.namespaced import Robot, hash_in
 from tests.support.runs import Bag, call, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
@@ -68,20 +67,6 @@ def test_two_robots_have_the_results_that_they_have_alone(robots):
         (changed,) = changes_in(array for _, array in bag[f'/{name}/diagnostics'])
         assert changed.node == 'monitor'
         assert (robot.folder / 'outcome.json').is_file()
-
-
-def test_a_second_source_ends_its_run_by_name_and_no_other(robots):
-    stranger = python('khr_common.nodes.run', 'khr_sim.sensors:GYRO', *robots['a'].ros)
-    try:
-        code, _, err = robots['a'].end()
-        assert code == 1
-        assert 'imu/data_raw: published by a second node named gyro beside gyro' in err
-        code, out, err = robots['b'].end()
-        expected = run_offline(robots['b'].scenario).trajectory_hash
-        assert (code, hash_in(out)) == (0, expected), err
-    finally:
-        stranger.send_signal(signal.SIGINT)
-        stranger.wait(20.0)
 
 
 def test_a_recorder_whose_parent_is_killed_closes_its_bag(tmp_path):

@@ -252,15 +252,6 @@ def test_the_page_becomes_dark_and_pale_again(page):
     wait_for(lambda: page.evaluate(scheme) == 'light', 'the pale page')
 
 
-def test_a_camera_that_does_not_follow_lets_the_robot_walk_away(page):
-    before = torso(page)
-    page.get_by_role('checkbox', name='Follow the robot').uncheck()
-    page.get_by_role('button', name='Go on').click()
-    wait_for(lambda: abs(torso(page) - before) > 30, 'the robot elsewhere')
-    page.get_by_role('checkbox', name='Follow the robot').check()
-    wait_for(lambda: abs(torso(page) - before) < 30, 'the robot in the middle')
-
-
 def changed(before, now):
     """Count the pixels that are of another colour than before."""
     return int((np.abs(np.asarray(before, int) - np.asarray(now, int)).max(axis=2) > 40).sum())
@@ -269,13 +260,6 @@ def changed(before, now):
 def pixels(picture, color, tolerance=40):
     far = np.abs(np.asarray(picture, dtype=int) - color).max(axis=2)
     return int((far <= tolerance).sum())
-
-
-def torso(page):
-    """Return where the torso is in the scene, in px from its left."""
-    red, green, blue = np.moveaxis(np.asarray(middle_of(page), dtype=int), 2, 0)
-    _, columns = np.nonzero((blue > 90) & (blue > 2 * red) & (blue > 1.6 * green))
-    return float(np.median(columns)) if len(columns) else float('inf')
 
 
 def middle_of(page):

@@ -279,11 +279,6 @@ def test_arguments_are_refused(folder, options, word):
         render_run(str(folder), **options)
 
 
-def test_name_with_degrees_keeps_them(tmp_path):
-    (path,) = render_run('walk_5.55deg', tmp_path / 'walk_5.55deg', 0.0, size=SMALL)
-    assert path.name == 'walk_5.55deg.png'
-
-
 @pytest.mark.parametrize(
     ('run', 'word'),
     [

@@ -29,7 +29,6 @@ from tests.support.runs import KHR
 ENGINE = 'mujoco'  # the quicker one
 PATIENCE = 900.0  # s, on a machine that does other work as well
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
-SOME = ('3.4', '3.8', '5.5')
 
 
 def khr(place, *arguments):
@@ -117,22 +116,6 @@ def test_the_page_and_the_findings_hold_it_all(done, place):
     assert findings.soles and findings.friction and findings.tilting and findings.peaks
 
 
-def test_some_figures_are_reproduced_and_not_computed_again(tmp_path):
-    first = khr(tmp_path, '--only', ','.join(SOME))
-    assert first.returncode == 0, first.stderr
-    assert f'{len(SOME)} of {len(SOME)} figures' in first.stdout
-    page = (tmp_path / 'report' / 'index.html').read_text(encoding='utf-8')
-    for number in SOME:
-        image, table = paths(number, tmp_path / 'report' / 'figures', ENGINE)
-        assert image.stat().st_size > 10_000 and len(rows(table)) > 2
-        assert f'khr figure {number}' in page
-    kept = sorted((tmp_path / 'runs' / 'experiments').rglob('*'))
-    again = khr(tmp_path, '--only', SOME[-1], '--out', 'again')
-    assert again.returncode == 0, again.stderr
-    assert sorted((tmp_path / 'runs' / 'experiments').rglob('*')) == kept
-    assert len(list((tmp_path / 'again' / 'figures').glob('*.png'))) == 1
-
-
 @pytest.mark.parametrize('only', ['5.81', '', '3.8,,4.5', 'scoreboards'])
 def test_an_unknown_number_is_one_line(only):
     with pytest.raises(KhrError, match=r'--only: .* is not known; accepted: .*3\.8.*map_.*'):
@@ -170,12 +153,6 @@ constants:
 limits:
   - {motion: leg_lift, thesis_deg: 6.4, tolerance_deg: 5.0}
 """
-
-OPTIONS = [
-    *('calibrate', '--config', 'plan.yaml', '--out', 'page.md', '--members', 'members.json'),
-    *('--candidates', '4', '--population', '4', '--confirm', '0', '--seeds', '1'),
-    *('--workers', '2'),
-]
 
 
 @pytest.mark.nightly

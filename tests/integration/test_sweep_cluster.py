@@ -66,40 +66,6 @@ def joined(dask):
     return '--scheduler', dask.address, '--tls', dask.tls
 
 
-def security_of(tls):
-    files = {
-        f'tls_{what}': str(tls / f'{name}.pem')
-        for what, name in (('ca_file', 'ca'), ('client_cert', 'cert'), ('client_key', 'key'))
-    }
-    from distributed.security import Security
-
-    return Security(**files, require_encryption=True)
-
-
-@pytest.mark.slow
-def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
-    file, folder = specification(tmp_path, 24, 0.3), tmp_path / 'out'
-    from distributed import Client  # by night alone
-
-    with Client(dask.address, timeout=PATIENCE, security=security_of(dask.tls)) as client:
-        client.wait_for_workers(2, timeout=PATIENCE)
-        names = {
-            each['name']: where
-            for where, each in client.scheduler_info(n_workers=-1)['workers'].items()
-        }
-        command = start(*KHR, 'sweep', file, '--out', folder, *joined(dask))
-        wait_for(
-            lambda: written(folder, 4) and client.processing()[names['first']],
-            'a run on the first worker',
-        )
-        dask.workers['first'].kill()
-        out, err = command.communicate(timeout=PATIENCE)
-        assert set(client.scheduler_info(n_workers=-1)['workers']) == {names['second']}
-    assert (command.returncode, err) == (0, '')
-    assert '24 of 24' in out
-    check_complete(file, folder)
-
-
 @pytest.mark.slow
 def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_path, start, dask):
     file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'

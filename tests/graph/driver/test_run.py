@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from khr_balance.controllers import ANKLE_CONTROLLER
-from khr_bringup.graph.run_registry import registered
-from khr_bringup.scenario.driver import driver_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO
 from tests.support.drivers import PATIENT, PENDULUM, ROUGH
 from tests.support.in_process import khr_here
-from tests.support.namespaced import Robot
-from tests.support.runs import Bag, stamp_ns
+from tests.support.runs import stamp_ns
 
 pytestmark = pytest.mark.slow
 SHAKEN = 3.0  # Hz, by the example
@@ -106,28 +103,6 @@ def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
     warned = re.findall(r'\[(\w+)\]: imu/data_raw: published best effort', log)
     assert warned and len(warned) == len(set(warned)), 'each node once'
     assert log.count('window emptied') <= 1  # on a busy machine: one lost sample is no gap
-
-
-def test_a_driver_runs_in_a_namespace(with_example, tmp_path, monkeypatch):
-    scenario = load_scenario('stand_0deg').changed(
-        {('ankle_controller', 'enabled'): True, ('simulator', 'duration'): 3.0}
-    )
-    with registered('namespace', tmp_path) as entry:
-        own = {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path), 'KHR_RUN': ''}
-        for key, value in own.items():
-            monkeypatch.setenv(key, value)
-        robot = Robot(
-            'lab/one', scenario.driven_by(driver_of(PENDULUM, '--driver')), tmp_path / 'run'
-        )
-        try:
-            code, out, err = robot.end()
-        finally:
-            robot.kill()
-    assert code == 0, err
-    assert 'upright, ended by duration' in out
-    bag = Bag(robot.folder / 'bag')
-    check_corrections(bag, scenario, above='/lab/one', start=0)
-    assert bag['/lab/one/spectrum']
 
 
 def test_in_lockstep_every_instant_is_answered_and_a_run_repeats_bit_for_bit(stand_on):
