@@ -5,100 +5,75 @@ import pytest
 from khr_sim.lockstep import ASK_AGAIN, KEPT, LEAD, SILENCE, Barrier, Lockstep, Receipts
 
 
+@pytest.fixture
 def barrier():
-    return Barrier(['gait', 'ankle_controller'])
+    made = Barrier(['gait', 'ankle_controller'])
+    made.open(0)
+    return made
 
 
-def test_missing_until_every_source_has_answered():
-    b = barrier()
-    b.open(0)
-    assert b.missing() == ['gait', 'ankle_controller']
-    assert b.put('gait', 0, 'g')
-    assert b.missing() == ['ankle_controller']
-    assert b.take() is None
-    b.put('ankle_controller', 0, 'a')
-    assert b.missing() == []
-    assert b.take() == {'gait': 'g', 'ankle_controller': 'a'}
+@pytest.fixture
+def gait_alone():
+    return Barrier(['gait'])
 
 
-def test_answers_are_taken_once_and_are_no_longer_missing():
-    b = Barrier(['gait'])
-    b.open(0)
-    b.put('gait', 0, 'g')
-    assert b.take() == {'gait': 'g'}
-    assert b.take() is None and b.missing() == []
-    assert not b.put('gait', 0, 'again')
+def test_the_first_answer_of_every_source_is_taken_once(barrier):
+    assert barrier.missing() == ['gait', 'ankle_controller']
+    assert barrier.put('gait', 0, 'g') and barrier.put('gait', 0, 'again')
+    assert barrier.missing() == ['ankle_controller']
+    assert barrier.take() is None and barrier.first('ankle_controller', 0) is None
+    barrier.put('ankle_controller', 0, 'a')
+    assert barrier.missing() == []
+    assert barrier.take() == {'gait': 'g', 'ankle_controller': 'a'}
+    assert barrier.take() is None and barrier.missing() == []
+    assert not barrier.put('gait', 0, 'late')
 
 
-def test_first_of_two_answers_counts():
-    b = barrier()
-    b.open(0)
-    b.put('gait', 0, 'first')
-    b.put('gait', 0, 'second')
-    assert b.given()['gait'] == b.first('gait', 0) == 'first'
-    assert b.first('ankle_controller', 0) is None
-
-
-def test_an_answer_is_known_for_a_while_after_it_has_been_taken():
-    b = Barrier(['gait'])
+def test_an_answer_is_known_for_a_while_after_it_has_been_taken(gait_alone):
     for instant in range(0, KEPT + 1):
-        b.open(instant)
-        b.put('gait', instant, f'{instant}')
-        b.take()
-    assert [b.first('gait', instant) for instant in (0, 1, KEPT)] == [None, '1', f'{KEPT}']
+        gait_alone.open(instant)
+        gait_alone.put('gait', instant, f'{instant}')
+        gait_alone.take()
+    found = [gait_alone.first('gait', instant) for instant in (0, 1, KEPT)]
+    assert found == [None, '1', f'{KEPT}']
 
 
-def test_answer_to_an_instant_that_has_not_been_is_refused():
-    b = barrier()
-    b.open(0)
-    assert not b.put('gait', 15, 'from an earlier run')
-    b.open(15)
-    assert b.missing() == ['gait', 'ankle_controller']
+def test_answer_to_an_instant_that_has_not_been_is_refused(barrier):
+    assert not barrier.put('gait', 15, 'from an earlier run')
+    barrier.open(15)
+    assert barrier.missing() == ['gait', 'ankle_controller']
 
 
-def test_answers_are_taken_in_the_order_of_their_instants():
-    b = Barrier(['gait'])
-    b.open(0)
-    b.open(15)
-    b.put('gait', 15, 'newer')
-    assert b.asked_ns == 0 and b.missing() == ['gait'] and b.take() is None
-    b.put('gait', 0, 'older')
-    assert (b.take(), b.take()) == ({'gait': 'older'}, {'gait': 'newer'})
+def test_answers_are_taken_in_the_order_of_their_instants(gait_alone):
+    gait_alone.open(0)
+    gait_alone.open(15)
+    gait_alone.put('gait', 15, 'newer')
+    assert gait_alone.asked_ns == 0 and gait_alone.missing() == ['gait']
+    assert gait_alone.take() is None
+    gait_alone.put('gait', 0, 'older')
+    assert (gait_alone.take(), gait_alone.take()) == ({'gait': 'older'}, {'gait': 'newer'})
 
 
-def test_the_instant_before_stays_open_and_older_ones_do_not():
-    b = barrier()
-    for stamp in (0, 15, 30):
-        b.open(stamp)
-    assert b.put('gait', 15, 'late')
-    assert not b.put('gait', 0, 'too late')
-    assert (b.asked_ns, b.given()) == (15, {'gait': 'late'})
-
-
-def test_newest_answers_are_kept_whatever_their_instant():
-    b = barrier()
-    for stamp in (0, 15, 30, 45):
-        b.open(stamp)
-    b.put('gait', 0, 'old')
-    assert b.newest == {'gait': 'old'}
+def test_the_instant_before_stays_open_and_older_ones_do_not(barrier):
+    barrier.open(15)
+    barrier.open(30)
+    assert barrier.put('gait', 15, 'late')
+    assert not barrier.put('gait', 0, 'too late')
+    assert (barrier.asked_ns, barrier.given()) == (15, {'gait': 'late'})
+    assert barrier.newest == {'gait': 'too late'}
 
 
 def test_who_has_not_received_enough_is_known():
     receipts = Receipts(['recorder', '', 'page'])
     assert receipts.absent() == ['recorder', 'page']
-    assert receipts.take('recorder', 0, 0)
-    assert receipts.absent() == ['page']
-    assert receipts.take('page', 20, 30)
+    assert receipts.take('recorder', 0, 0) and receipts.take('page', 20, 30)
+    assert receipts.absent() == []
+    assert receipts.behind(0) == {}
     assert receipts.behind(20) == {'recorder': 0}
     assert receipts.behind(30) == {'recorder': 0, 'page': 20}
-    assert receipts.behind(0) == {}
-
-
-def test_a_report_about_a_later_sample_or_of_a_stranger_does_not_count():
-    receipts = Receipts(['recorder'])
     assert not receipts.take('stranger', 0, 0)
-    assert not receipts.take('recorder', 90, 15)
-    assert receipts.absent() == ['recorder']
+    assert not receipts.take('recorder', 90, 15)  # about a sample that has not been
+    assert receipts.behind(20) == {'recorder': 0}
 
 
 class WallClock:

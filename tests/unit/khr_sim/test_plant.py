@@ -72,16 +72,6 @@ def test_another_start_forgets_answers_and_repeats_the_hash(plant):
     assert hashes[0] == hashes[1]
 
 
-@pytest.mark.parametrize('plant', [1], indirect=True)
-def test_a_run_ends_after_its_duration(plant):
-    plant.start([STANCE])
-    ends = []
-    for _ in range(4):
-        ankles(plant, (STANCE,))
-        ends.append(plant.end)
-    assert ends == ['', '', '', 'duration']
-
-
 def test_a_correction_of_an_unknown_joint_is_refused():
     with pytest.raises(KhrError, match="joint: 'l_tail' is not accepted"):
         mix(STANCE, [{'l_tail': 0.1}])

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, jit, position_loop, stretches
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, jit, position_loop
 from tests.support.mechanics import PLAIN_SERVOS
 
 CARRIED = Robot.load().joint_inertia()
@@ -36,7 +36,7 @@ def test_stalls_at_the_makers_torque():
     assert settled(SMOOTH, -FAR, ZERO) == pytest.approx(-STALL_TORQUE, rel=1e-6)
 
 
-@pytest.mark.parametrize('load', [0.0, 0.4, 1.0])
+@pytest.mark.parametrize('load', [0.0, 0.4])
 def test_runs_along_the_torque_speed_line(load):
     """A link that turns at a steady speed feels what the line leaves at that speed."""
     servos = Servos(SMOOTH, CARRIED)
@@ -68,28 +68,6 @@ def test_a_group_of_servos_has_its_own_pid(group):
     ):
         factors = (2.0, 3.0) if f'_{group}' in name else (1.0, 1.0)
         assert loop == pytest.approx(tuple(f * g for f, g in zip(factors, gain, strict=True)))
-
-
-def test_a_stiffer_position_loop_gives_less_under_load():
-    """Static deflection under a torque: that of loop and gear in series."""
-    base = SimulatorParameters(servo_friction=0.0, backlash_deg=0.0, pid_ki=0.0)
-    load = np.full(len(JOINTS), 0.3)
-    for parameters in (base, replace(base, pid_scale_knee=2.0)):
-        loop = position_loop(parameters).stiffness[KNEE]
-        given = Servos(parameters, CARRIED).reset(ZERO, load)[KNEE]
-        assert given == pytest.approx(-0.3 / loop - 0.3 / parameters.gear_stiffness)
-
-
-def test_the_stretch_of_each_joint_is_its_own():
-    parameters = SimulatorParameters(
-        stretch_hip=1, stretch_knee=2, stretch_ankle_pitch=3, stretch_ankle_roll=4, stretch_upper=5
-    )
-    assert dict(zip(JOINTS, stretches(parameters), strict=True)) == {
-        name: {'hip_roll': 1, 'hip_pitch': 1, 'knee': 2, 'ankle_pitch': 3, 'ankle_roll': 4}.get(
-            name[2:], 5
-        )
-        for name in JOINTS
-    }
 
 
 @pytest.mark.parametrize('model', ['stretch', 'pid'])
@@ -138,18 +116,6 @@ def test_step_response_is_the_integrators(model, step):
     assert np.abs(np.array(reached) - exact).max() < 40.0 * step * target
 
 
-def test_the_identified_loop_holds_without_error():
-    parameters = replace(SMOOTH, servo_model='pid')
-    servos = Servos(parameters, CARRIED)
-    servos.reset(ZERO, ZERO)
-    position, velocity, load = ZERO.copy(), ZERO.copy(), -0.3
-    for _ in range(20000):
-        torque = np.array(servos.update(ZERO, position, velocity))
-        velocity = velocity + 0.001 * (torque + load) / 0.003
-        position = position + 0.001 * velocity
-    assert position[KNEE] == pytest.approx(load / parameters.gear_stiffness, rel=1e-3)
-
-
 def test_dry_friction_holds_what_is_below_it_and_stops_what_is_not():
     parameters = replace(SMOOTH, servo_friction=0.1)
     stretch = parameters.stiffness_per_stretch * 75
@@ -191,24 +157,6 @@ def test_inside_the_backlash_the_gears_do_not_touch():
     stretch = parameters.stiffness_per_stretch * 75
     gear = parameters.gear_stiffness
     assert torque == pytest.approx((0.05 - play) * stretch * gear / (stretch + gear), rel=1e-6)
-
-
-def test_every_joint_is_stable_on_the_lightest_load_it_can_have():
-    """A joint in the air carries at least what hangs from it; the motion must die down."""
-    servos = Servos(SMOOTH, CARRIED)
-    servos.reset(ZERO, ZERO)
-    position, velocity = ZERO.copy(), ZERO.copy()
-    peaks = []
-    for _ in range(4):
-        peak = np.zeros(len(JOINTS))
-        for _ in range(500):
-            torque = np.array(servos.update(ZERO + 0.05, position, velocity))
-            velocity = velocity + 0.001 * torque / CARRIED
-            position = position + 0.001 * velocity
-            peak = np.maximum(peak, np.abs(velocity))
-        peaks.append(peak)
-    np.testing.assert_array_less(peaks[-1], 0.05 * peaks[0])
-    np.testing.assert_allclose(position, 0.05, rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize('model', ['stretch', 'pid'])

@@ -62,14 +62,6 @@ def test_the_bytes_are_the_message_that_ros_reads(angles, stamp_ns):
     assert bytes(STORE.serialize_cdr(message, 'tf2_msgs/msg/TFMessage')) == sent
 
 
-def test_the_torso_is_in_the_world():
-    data, stamps = cdr.transforms(((WORLD, BODY),))
-    sent = cdr.MessageTemplate(data, stamps).filled(5, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0))
-    (only,) = STORE.deserialize_cdr(sent, 'tf2_msgs/msg/TFMessage').transforms
-    assert (only.header.frame_id, only.child_frame_id) == ('odom', 'base_link')
-    assert only.transform.translation.y == 2.0
-
-
 def test_frames_of_robots_that_share_tf_begin_with_the_robot_but_odom_is_common():
     red = SimpleNamespace(frame=partial(frame_of, 'red'))
     frames = ((WORLD, BODY), (BODY, 'l_foot'))

@@ -1,6 +1,5 @@
 """Both engines obey the same mechanics, and the compiled steps are the plain ones, bit for bit."""
 
-import subprocess
 import sys
 from functools import partial
 from math import radians
@@ -51,7 +50,7 @@ def test_ground_and_weight_change_the_momentum_as_newton_says(world_with):
     assert moved > 0.05  # or the test would be empty
 
 
-@pytest.mark.parametrize('direction', [0.0, 0.7, 1.57])
+@pytest.mark.parametrize('direction', [0.0, 0.7])
 def test_a_sliding_foot_meets_the_friction_of_a_round_cone(world_with, direction):
     """Pushed level in any direction, it slides against that direction with mu times its load."""
     friction = 0.15
@@ -134,32 +133,6 @@ def test_the_compiled_servos_are_the_plain_ones_bit_for_bit(values):
         expected = compiled.update(*inputs).tobytes()
         assert plain.update(*inputs).tobytes() == expected
         assert plain.state.tobytes() == compiled.state.tobytes()
-
-
-COMPILATIONS = """
-import sys
-from numba.core.dispatcher import Dispatcher
-from khr_sim.parameters import SimulatorParameters
-from tests.support.mechanics import World
-
-compile_for_args, compiled = Dispatcher._compile_for_args, []
-Dispatcher._compile_for_args = lambda self, *arguments: (
-    compiled.append(self), compile_for_args(self, *arguments))[1]
-world = World(SimulatorParameters(engine=sys.argv[1]))
-before = len(compiled)
-world.advance([0.0] * 17)
-print(before, len(compiled))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('engine', engines.LIBRARIES)
-def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
-    """It takes a tenth of a second even from the cache, and the clock runs in realtime."""
-    said = subprocess.check_output([sys.executable, '-c', COMPILATIONS, engine], text=True)
-    before, after = map(int, said.split())
-    assert before == after
-    assert before > 0
 
 
 # --- what is there, and what is not ------------------------------------------------------------

@@ -1,7 +1,5 @@
 """The ground truth: its parts in the topics and in the record."""
 
-import struct
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -22,7 +20,6 @@ SHAPES = {
     'sole_position': (2, 3),
     'sole_orientation': (2, 4),
 }
-RECORDED = list(SHAPES)[:6]
 
 
 @pytest.fixture
@@ -30,14 +27,8 @@ def parts():
     return {name: np.random.default_rng().normal(size=shape) for name, shape in SHAPES.items()}
 
 
-def test_the_record_holds_the_motion(parts):
-    record = GroundTruth(3, 45, 0.1, **parts).record()
-    numbers = [number for name in RECORDED for number in parts[name]]
-    assert record == struct.pack('<q47d', 3, *numbers)
-
-
 @pytest.mark.parametrize('axis', [(1, 0, 0), (0, 1, 0), (0.6, -0.8, 0)])
-@pytest.mark.parametrize('angle', [0.0, 0.3, 2.5])
+@pytest.mark.parametrize('angle', [0.0, 2.5])
 def test_tilt_is_the_angle_to_the_vertical(parts, axis, angle):
     leaning = Rotation.from_rotvec(np.multiply(axis, angle)) * Rotation.from_euler('z', 1.0)
     truth = GroundTruth(3, 45, 0.1, **parts | {'orientation': leaning.as_quat()})

@@ -11,9 +11,8 @@ from khr_common import ParameterError, build
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
-from tests.fakes.postures import STANCE, STRAIGHT, crouch
+from tests.fakes.postures import STANCE, STRAIGHT
 from tests.support.mechanics import PLAIN_SERVOS, momenta
 
 WEIGHT = 1.5 * GRAVITY
@@ -33,19 +32,13 @@ def normal_error(truth):
 # --- standing ------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ('posture', 'model'),
-    [
-        *((posture, {}) for posture in (STANCE, crouch(-17, 34, -17), STRAIGHT)),
-        (STANCE, {'servo_model': 'pid'}),
-    ],
-)
-def test_stands_still_on_flat_ground(world_with, posture, model):
-    world = world_with(**PLAIN_SERVOS | model)
-    start = world.reset(posture)
+@pytest.mark.parametrize('model', ['stretch', 'pid'])
+def test_stands_still_on_flat_ground(world_with, model):
+    world = world_with(**PLAIN_SERVOS | {'servo_model': model})
+    start = world.reset(STANCE)
     forces, rates = [], []
     for _ in range(134):
-        truth = world.advance(posture)
+        truth = world.advance(STANCE)
         forces.append(truth.contact_force)
         rates.append(truth.mean_angular_velocity)
     assert np.abs(truth.position - start.position).max() < 0.001
@@ -66,7 +59,7 @@ def test_the_ground_carries_the_weight_on_a_slope(world_with, inclination_deg):
     assert np.mean(forces[50:], axis=0) == pytest.approx(down_the_slope, abs=0.02 * WEIGHT)
 
 
-@pytest.mark.parametrize('inclination_deg', [-12.0, 0.0, 7.0])
+@pytest.mark.parametrize('inclination_deg', [-12.0, 7.0])
 @pytest.mark.parametrize('surface', ['smooth', 'pads'])
 def test_starts_with_the_soles_just_touching(world_with, inclination_deg, surface):
     world = world_with(inclination_deg=inclination_deg, surface=surface)
@@ -92,25 +85,11 @@ def test_stands_on_one_leg(world_with):
     assert truth.sole_position[1, 2] > 0.01
 
 
-@pytest.mark.parametrize('side', ['toe', 'heel'])
-def test_a_lean_loads_the_toe_or_the_heel(world_with, side):
-    lean = crouch(-17, 34, -24) if side == 'toe' else crouch(-17, 34, -13)
-    world = world_with()
-    world.reset(lean)
-    toes, heels = (
-        np.mean([world.advance(lean).contact_force[:, 2] for _ in range(66)], axis=0)
-        .reshape(2, 2)
-        .sum(axis=0)
-    )
-    assert (toes > 1.5 * heels) == (side == 'toe')
-    assert (heels > 1.5 * toes) == (side == 'heel')
-
-
 # --- limits of standing ------------------------------------------------------------
 
 
-@pytest.mark.parametrize('friction', [0.10, 0.18])
-def test_slides_at_the_angle_of_friction(world_with, friction):
+def test_slides_at_the_angle_of_friction(world_with):
+    friction = 0.18
     critical = degrees(atan(friction))
     world = world_with(
         **PLAIN_SERVOS,
@@ -164,22 +143,6 @@ def test_in_the_air_nothing_but_gravity_changes_its_momentum(world_with):
     assert np.abs(angular).max() < 1e-4  # kg m^2/s; one thigh alone carries more than 1e-3
 
 
-def test_a_robot_begins_as_far_above_the_ground_as_it_is_told(world_with):
-    truth = world_with().reset(STANCE, clearance=0.3)
-    assert (truth.contact_force == 0.0).all()
-    assert truth.sole_position[:, 2] == pytest.approx((0.3, 0.3), abs=1e-3)
-
-
-def test_targets_beyond_the_limits_are_held_at_them(world_with):
-    world = world_with(**PLAIN_SERVOS)
-    world.reset(STRAIGHT, clearance=5.0)
-    target = list(STRAIGHT)
-    target[JOINTS.index('head_yaw')] = 10.0
-    for _ in range(60):
-        truth = world.advance(target)
-    assert truth.joint_position[0] == pytest.approx(radians(135.0), abs=radians(2.0))
-
-
 # --- truth ------------------------------------------------------------
 
 
@@ -201,24 +164,6 @@ def test_truth_is_consistent_with_itself(world_with):
             sole = matrix(truth.orientation) @ poses[name][:3, 3] + truth.position
             assert truth.sole_position[side] == pytest.approx(sole, abs=1e-6)
         before = truth
-
-
-def test_velocity_is_the_rate_of_position(world_with):
-    world = world_with(**PLAIN_SERVOS)
-    world.reset(STANCE, clearance=1.0)
-    world.push(Push(0.0, 0.015, 'base_link', 'odom', (4.0, -2.0, 1.0), (0.0, 0.02, 0.05)))
-    for _ in range(20):
-        before = world.advance(STANCE)
-    after = world.advance(STANCE)
-    period = world.parameters.control_period
-    mean = (before.linear_velocity + after.linear_velocity) / 2.0
-    assert (after.position - before.position) / period == pytest.approx(mean, abs=6e-3)
-    assert np.linalg.norm(mean) > 0.03
-    turned = (before.angular_velocity + after.angular_velocity) / 2.0
-    assert matrix(after.orientation) @ after.mean_angular_velocity == pytest.approx(
-        turned, abs=5e-3
-    )
-    assert np.linalg.norm(turned) > 0.1
 
 
 # --- determinism ------------------------------------------------------------
@@ -280,15 +225,6 @@ def test_the_ground_tilts_to_a_new_inclination(world_with):
     assert normal_error(world.advance(STANCE)) == pytest.approx((0.0, 0.0), abs=radians(0.2))
 
 
-def test_a_changed_rate_acts_from_now_on(world_with):
-    world = world_with(surface='rubber')
-    world.reset(STANCE)
-    for _ in range(10):
-        world.advance(STANCE)
-    world.configure(replace(world.parameters, inclination_rate_deg_s=1.0))
-    assert degrees(world.advance(STANCE).inclination) == pytest.approx(0.015, abs=1e-9)
-
-
 def test_the_ground_tilts_steadily(world_with):
     world = world_with(inclination_deg=1.0, inclination_rate_deg_s=-3.0)
     world.reset(STANCE)
@@ -314,8 +250,6 @@ def test_what_is_fixed_for_a_run_stays(world_with):
         ({'physics_step': 0.0007}, '0.015'),
         ({'physics_step': 0.015 / 17}, 'nanoseconds'),
         ({'contact_time': 0.0015}, 'at least two physics steps, 0.002 s'),
-        ({'inclination_deg': 31.0}, '[-30, 30] deg'),
-        ({'surface': 'ice'}, 'rubber'),
     ],
 )
 def test_parameters_out_of_range_are_refused_in_one_line(values, says):
@@ -326,7 +260,7 @@ def test_parameters_out_of_range_are_refused_in_one_line(values, says):
     assert '\n' not in str(refusal.value)
 
 
-@pytest.mark.parametrize('period', [0.010, 0.015, 0.020, 0.025])
+@pytest.mark.parametrize('period', [0.010, 0.025])
 def test_advances_one_output_period_of_the_board(world_with, period):
     world = world_with(control_period=period)
     world.reset(STANCE)
