@@ -1,11 +1,11 @@
-"""The successive runs of a page: what the reader has changed holds in the next one."""
+"""The successive runs of a page, where the reader's changes hold, and the thread of the page."""
 
 import pytest
 
-from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import load_scenario, read_scenario
 from khr_common.errors import KhrError
 from khr_view.session import Session
+from khr_view.viewing import in_thread
 from tests import ROOT
 
 
@@ -67,12 +67,6 @@ def test_another_scenario_without_an_engine_keeps_that_of_the_session(session):
         assert mujoco.next.of('simulator')['engine'] == engine
 
 
-def test_another_scenario_runs_on_the_installed_engine(session, monkeypatch):
-    monkeypatch.setattr(scenarios, '_installed', lambda _: False)
-    session.switch('walk_6.99deg_ka12')
-    assert session.next.of('simulator')['engine'] == 'mujoco'
-
-
 def test_a_motion_file_lies_beside_its_scenario(session, tmp_path, monkeypatch):
     squat = ROOT / 'examples' / 'squat.yaml'
     monkeypatch.chdir(tmp_path)
@@ -83,12 +77,8 @@ def test_a_motion_file_lies_beside_its_scenario(session, tmp_path, monkeypatch):
 
 
 def test_a_refused_scenario_changes_nothing(session):
-    for name, text in (
-        ('nowhere', None),
-        ('mine', '/**/gait: {ros__parameters: {stride: 1.0e+9}}'),
-    ):
-        with pytest.raises(KhrError):
-            session.switch(name, text)
+    with pytest.raises(KhrError):
+        session.switch('mine', '/**/gait: {ros__parameters: {stride: 1.0e+9}}')
     assert session.next is None and not session.advance()
 
 
@@ -96,3 +86,20 @@ def test_no_run_follows_an_interruption(session):
     session.restart()
     session.end()
     assert not session.advance()
+
+
+def test_an_error_in_the_thread_of_the_page_is_reported_and_the_run_goes_on():
+    lines = []
+    with in_thread(lambda _: 1 / 0, lines.append):
+        lines.append('the run')
+    assert sorted(lines) == [
+        'khr: the page has stopped: ZeroDivisionError: division by zero',
+        'the run',
+    ]
+
+
+def test_the_page_is_asked_to_stop_at_the_end_of_its_run():
+    stopped = []
+    with in_thread(lambda stop: stopped.append(stop.wait(30.0)), print):
+        assert not stopped
+    assert stopped == [True]

@@ -1,8 +1,7 @@
-"""Charts show the last seconds, whatever of them has come, in distinct colours, and as tables."""
+"""Charts show the last seconds, whatever of them has come, and as tables."""
 
 import csv
 from io import StringIO
-from itertools import combinations
 from math import degrees
 
 import numpy as np
@@ -13,40 +12,13 @@ from hypothesis import strategies as st
 from khr_balance.controllers import toe_heel_difference
 from khr_bringup.recorded.events import Event
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
-from khr_view.charts.charts import (
-    BLUE,
-    COMPUTED,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    chart_topics,
-    charts,
-    polled_topics,
-)
+from khr_view.charts.charts import COMPUTED, chart_topics, charts, polled_topics
 from khr_view.charts.spectrum_lines import spectrum_lines
 from khr_view.charts.traces import SPAN, Traces, shade, signals_csv, spectrum_csv
 
 PERIOD = 15_000_000
 BY_TITLE = {chart.title: chart for chart in charts()}
 RATE, FORCES = BY_TITLE['Pitch rate'], BY_TITLE['Foot forces']
-# Of linear RGB, for no red, no green and no blue cones: Machado, Oliveira and Fernandes 2009.
-MACHADO = {
-    'normal': np.eye(3),
-    'protanopia': [
-        [0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]
-    ],
-    'deuteranopia': [
-        [0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]
-    ],
-    'tritanopia': [
-        [1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]
-    ],
-}  # fmt: skip
-XYZ = np.array(
-    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
-)  # of linear sRGB
-WHITE = np.array([0.9505, 1.0, 1.089])
-DISTINCT = 10.0  # CIE 1976 difference: two or so are seen side by side
 
 
 def fill(traces, count, topic=GYRO, value=float, start=0):
@@ -100,11 +72,9 @@ def test_a_chart_without_samples_is_empty():
     assert {topic for chart in charts() for topic in chart.topics} == set(chart_topics())
 
 
-def test_every_controller_has_a_line():
+def test_every_controller_has_a_line_of_its_own():
     lines = BY_TITLE['Corrections'].lines
-    names = ['ankle', 'hip', 'roll', 'recovery']
-    constant = [f'{name}, constant part' for name in names[:2]]
-    assert [line.label for line in lines] == names + constant
+    assert {line.label for line in lines} >= {'ankle', 'hip', 'roll', 'recovery'}
     assert len({(line.color, line.dash) for line in lines}) == len(lines)
 
 
@@ -179,17 +149,3 @@ def test_a_spectrum_is_frequencies_and_amplitudes():
 def test_what_is_not_there_yet_has_heads_of_columns_alone():
     assert rows(signals_csv({})) == rows(spectrum_csv(None)) == []
     assert signals_csv({}) == '"time, s"\n'
-
-
-def lab(color, matrix):
-    """Return CIELAB of a colour as somebody sees it."""
-    srgb = np.array([int(color[start : start + 2], 16) for start in (1, 3, 5)]) / 255.0
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    x, y, z = np.cbrt(XYZ @ np.clip(np.array(matrix) @ linear, 0.0, 1.0) / WHITE)
-    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
-
-
-@pytest.mark.parametrize('sight', MACHADO)
-def test_every_two_colors_are_distinct(sight):
-    for one, other in combinations((BLUE, ORANGE, GREEN, PURPLE), 2):
-        assert np.linalg.norm(lab(one, MACHADO[sight]) - lab(other, MACHADO[sight])) > DISTINCT

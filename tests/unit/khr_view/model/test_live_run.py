@@ -14,7 +14,6 @@ from khr_view.charts.charts import charts
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, tunables
 from khr_view.model.live_run import MOST, SILENCE, Attempts, LiveRun
-from khr_view.model.status import heading
 from khr_view.nodes.seen_robot import SeenRobot
 
 BY_KEY = {each.key: each for each in (*tunables(), *WATCHED)}
@@ -94,14 +93,6 @@ def test_the_ghost_is_the_attempt_before_until_the_reader_chooses_another():
     for _ in range(MOST):
         attempts.add(run(), traces(0.4))
     assert not attempts.ghost and [each.number for each in attempts.kept] == [*range(4, 4 + MOST)]
-
-
-def test_the_heading_of_a_picture_says_scenario_gains_as_they_are_and_time():
-    title = 'Walking downhill at 7.68 deg on the smooth surface, ankle gain 12'
-    start = 'Walking downhill at 7.68 deg on the smooth surface, '
-    known = run(20.0).known_of_controllers()
-    assert heading(title, known, 5.0) == start + 'K_A 20, at 5.00 s'
-    assert heading(title, {}, 5.0) == start + 'no control, at 5.00 s'
 
 
 def test_the_page_shows_the_time_of_the_run():
