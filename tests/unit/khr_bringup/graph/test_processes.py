@@ -29,7 +29,7 @@ PARENT = """
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('state', ['running', 'stopped', 'at once'])
+@pytest.mark.parametrize('state', ['stopped', 'at once'])
 def test_a_child_dies_with_its_killed_parent(tmp_path, state):
     parent = subprocess.Popen(
         [sys.executable, '-c', textwrap.dedent(PARENT), str(tmp_path), state],
@@ -37,9 +37,8 @@ def test_a_child_dies_with_its_killed_parent(tmp_path, state):
         stdout=subprocess.PIPE,
     )
     child = psutil.Process(int(parent.stdout.readline()))
-    if state != 'at once':  # as it appears: its interpreter has not begun
+    if state == 'stopped':  # else as it appears: its interpreter has not begun
         wait_for_line(tmp_path, 'waiting')
-    if state == 'stopped':
         child.suspend()
     parent.kill()
     parent.communicate()
@@ -67,11 +66,14 @@ def test_who_ends_badly_when_stopped_is_named(tmp_path):
     assert children.stop() == 'recorder ended with 3: stopped'
 
 
-def test_who_is_killed_while_stopping_is_named(tmp_path):
-    children = started(tmp_path, 'tests.fakes.waiting')
-    wait_for_line(tmp_path)
+@pytest.mark.parametrize(('removed', 'said'), [(False, ': ready'), (True, '')])
+def test_who_is_killed_while_stopping_is_named(tmp_path, removed, said):
+    children = started(tmp_path / 'log', 'tests.fakes.waiting')
+    wait_for_line(tmp_path / 'log')
+    if removed:
+        shutil.rmtree(tmp_path / 'log')
     os.kill(children._children['recorder'].pid, signal.SIGKILL)
-    assert children.stop() == 'recorder was killed by SIGKILL: ready'
+    assert children.stop() == f'recorder was killed by SIGKILL{said}'
 
 
 def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
@@ -79,22 +81,6 @@ def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
     wait_for_line(tmp_path)
     os.kill(children._children['recorder'].pid, signal.SIGALRM)
     assert children.stop() is None
-
-
-def test_who_ends_after_its_folder_was_removed_is_named_all_the_same(tmp_path):
-    children = started(tmp_path / 'run' / 'log', 'tests.fakes.waiting')
-    wait_for_line(tmp_path / 'run' / 'log')
-    shutil.rmtree(tmp_path / 'run')
-    os.kill(children._children['recorder'].pid, signal.SIGKILL)
-    assert children.stop() == 'recorder was killed by SIGKILL'
-
-
-def test_what_a_run_writes_is_for_its_user_alone(tmp_path):
-    children = started(tmp_path / 'log', 'tests.fakes.waiting', '0')
-    wait_for_line(tmp_path / 'log')
-    assert children.stop() is None
-    found = [tmp_path / 'log', *(tmp_path / 'log').iterdir()]
-    assert [oct(path.stat().st_mode & 0o777) for path in found] == ['0o700', '0o600']
 
 
 def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):

@@ -5,9 +5,9 @@ import os
 import socket
 import subprocess
 import sys
-import textwrap
 from contextlib import ExitStack
 from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 
@@ -98,6 +98,7 @@ def test_another_user_gets_another_domain(tmp_path, monkeypatch):
         (tmp_path / 'other').mkdir()
         with registered('walk', tmp_path) as second:
             assert second.domain != first.domain
+            assert len(first.run) == 32 and second.run != first.run
             assert running() == [second]
 
 
@@ -131,12 +132,33 @@ def test_an_entry_that_is_being_written_is_left_alone(tmp_path):
         assert part.exists()
 
 
-def test_the_entry_of_a_killed_run_is_forgotten(tmp_path):
-    stale = {'domain': 229, 'pid': os.getpid(), 'scenario': 'walk', 'folder': 'x'}
-    (register() / '229.json').write_text(json.dumps(stale))
-    (register() / '228.json').write_text('{')
-    assert not running()
-    assert not list(register().glob('*.json'))
+@pytest.mark.parametrize(
+    'entry',
+    [
+        {'domain': 229, 'pid': os.getpid()},  # of a killed run
+        {'domain': 100},
+        {'domain': '../x'},
+        {'pid': 10**30},
+        {'since': 'now'},
+        {'x': 1},
+        '{',
+        '[' * 100_000,
+    ],
+    ids=lambda entry: str(entry)[:20],
+)
+def test_what_is_no_entry_of_a_run_that_goes_on_is_forgotten(tmp_path, entry):
+    with registered('walk', tmp_path) as own:
+        foreign = register() / 'foreign.json'
+        changed = entry if isinstance(entry, str) else json.dumps({**asdict(own), **entry})
+        foreign.write_text(changed)
+        assert running() == [own]
+        assert not foreign.exists()
+
+
+def test_the_middleware_of_a_command_logs_nowhere(tmp_path):
+    with registered('walk', tmp_path) as entry:
+        profile = Path(entry.quiet_environment()[run_registry.PROFILE]).read_text()
+    assert '<use_default>FALSE</use_default>' in profile and '<consumer>' not in profile
 
 
 def test_a_register_that_others_can_write_is_refused(tmp_path, monkeypatch):
@@ -149,63 +171,3 @@ def test_a_register_that_others_can_write_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(register_of_another))
     with pytest.raises(RunError, match='only this user can write'):
         register()
-
-
-def test_two_runs_have_two_identities(tmp_path):
-    with registered('walk', tmp_path) as first, registered('walk', tmp_path) as second:
-        assert len(first.run) == 32 and first.run != second.run
-
-
-CROWDED = """
-    import fcntl, sys, rclpy
-    from pathlib import Path
-    held = [Path(f'/dev/shm/fastrtps_port{port}_el') for port in range(*map(int, sys.argv[1:]))]
-    files = [path.open('w') for path in held]
-    for file in files:
-        fcntl.flock(file, fcntl.LOCK_EX)
-    try:
-        rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
-        rclpy.create_node('crowded')
-        rclpy.shutdown()
-    finally:
-        for path in held:
-            path.unlink()
-"""
-
-
-def test_what_the_middleware_complains_of_is_not_on_the_command_s_standard_error(tmp_path):
-    said = {}
-    with registered('walk', tmp_path) as entry:
-        first = ports_of(entry.domain).start + run_registry.FIRST_PARTICIPANT
-        for name in ('environment', 'quiet_environment'):
-            script = [sys.executable, '-c', textwrap.dedent(CROWDED), str(first), str(first + 8)]
-            own = {**os.environ, **getattr(entry, name)()}
-            said[name] = subprocess.run(script, capture_output=True, env=own, check=True).stderr
-    assert b'RTPS_TRANSPORT_SHM' in said['environment'], 'it has nothing to complain of here'
-    assert said['quiet_environment'] == b''
-
-
-@pytest.mark.parametrize(
-    'changed',
-    [
-        {'pid': 10**30},
-        {'pid': -1},
-        {'domain': '../x'},
-        {'domain': 100},
-        {'since': 'now'},
-        {'x': 1},
-    ],
-    ids=str,
-)
-def test_what_is_no_entry_of_a_run_is_not_listed(tmp_path, changed):
-    with registered('walk_0deg', tmp_path) as entry:
-        foreign = register() / 'foreign.json'
-        foreign.write_text(json.dumps({**asdict(entry), **changed}))
-        assert running() == [entry]
-        assert not foreign.exists()
-
-
-def test_an_entry_nested_without_end_is_not_listed():
-    deep = register() / 'deep.json'
-    deep.write_text('[' * 100_000)
-    assert not running() and not deep.exists()

@@ -13,7 +13,6 @@ from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common import build, specifications
 from khr_common.errors import KhrError
-from khr_common.interfaces import TF_AVAILABLE
 from khr_sim.run_parameters import RunParameters
 
 WALK = load_scenario('walk_7.68deg_ka12')
@@ -81,13 +80,6 @@ def two():
     return robots_of(BOUT, 1)
 
 
-def test_one_robot_has_the_names_of_its_scenario():
-    walk = load_scenario('walk_7.68deg_ka12')
-    alone = Robots.alone(walk)
-    assert [each.label for each in alone.members(record=True)] == walk.nodes
-    assert (alone.answers, alone.remaps, alone.file) == (walk.answers, [], 'scenario.yaml')
-
-
 def test_robots_of_a_bout_share_simulator_referee_and_recorder(two):
     labels = [each.label for each in two.members(record=True)]
     shared = {label for label in labels if '/' not in label}
@@ -100,15 +92,6 @@ def test_robots_of_a_bout_share_simulator_referee_and_recorder(two):
     assert entries['red/gait'] == 'red/khr_balance.gaits.gait:GAIT'
 
 
-def test_a_bout_records_each_robot_under_its_name_and_one_clock(two):
-    names = [topic.name for topic in two.recorded()]
-    assert len(names) == len(set(names))
-    assert [name for name in names if name.rpartition('/')[2] == 'clock'] == ['clock']
-    assert {'simulator/state', 'red/simulator/state', 'red/imu/data_raw'} <= set(names)
-    assert {'blue/imu/data_raw', 'blue/push', 'referee', 'referee/decision'} <= set(names)
-    assert ('tf' in names) == TF_AVAILABLE and 'red/tf' not in names
-
-
 def test_the_simulator_gets_each_robot_as_it_is_without_a_graph(two, tmp_path):
     values = Wiring.derive(two, tmp_path).values['simulator']
     table = build(RunParameters, {'robots': values['robots']})
@@ -119,9 +102,3 @@ def test_the_simulator_gets_each_robot_as_it_is_without_a_graph(two, tmp_path):
         assert (found.seed, found.pushes) == (own.seed, own.pushes)
     assert values['duration'] == BOUT.rules.time_limit
     assert 'red/monitor' in values['listeners'] and 'recorder' in values['listeners']
-
-
-def test_the_parameter_file_of_a_round_has_a_block_for_each_node(two):
-    blocks = {name.lstrip('/') for name in yaml.safe_load(two.text)}
-    assert {each.label for each in two.members(record=True)} <= blocks
-    assert two.file == 'parameters.yaml'
