@@ -52,6 +52,7 @@ def test_jitter_is_resampled_and_said(seed, jitter):
     times = (np.arange(600) + draw.uniform(0.0, jitter, 600)) / 100.0
     notes = check(ns(times), sine(times, 8.0), 8.0)
     assert 'jitter by' in notes and 'resampled evenly' in notes
+    assert 'half the mean rate' in notes and 'Nyquist' not in notes
     assert rate_in(notes) == pytest.approx(100.0, rel=2e-3)
 
 

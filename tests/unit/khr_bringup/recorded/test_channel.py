@@ -1,15 +1,11 @@
 """A tone is found in recordings of every form, type, rate and timestamp."""
 
-import math
-import random
-
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, IndexType
 
 from khr_analysis.recorded_spectrum import recorded_spectrum
 from khr_bringup.recorded.channel import read_channel, topics_in
-from khr_bringup.recorded.storage import files_of
 from khr_common.errors import KhrError
 from tests.fakes.recordings import (
     EPOCH,
@@ -71,17 +67,12 @@ def test_every_form_of_rosbags_is_read_with_its_metadata_and_without(
 
 
 OPTIONS = [
-    *({'compression': each} for each in CompressionType),
-    *({'index_types': each} for each in (IndexType.NONE, IndexType.CHUNK, IndexType.MESSAGE)),
+    {'compression': CompressionType.LZ4},
+    {'index_types': IndexType.CHUNK},
     {'use_chunking': False},
-    {'use_statistics': False},
-    {'use_summary_offsets': False},
-    {'repeat_channels': False, 'repeat_schemas': False},
     {'use_statistics': False, 'repeat_channels': False, 'index_types': IndexType.NONE},
-    {'enable_crcs': False},
-    {'chunk_size': 200},
-    {'profile': ''},
-    {'definition': False},
+    {'chunk_size': 200, 'enable_crcs': False},
+    {'profile': '', 'definition': False},
 ]
 
 
@@ -101,23 +92,8 @@ def test_a_split_recording_is_read_in_its_order(tmp_path, plugin, compressed):
     assert '120 samples, 20 Hz' in is_tone(bag)
 
 
-@pytest.mark.parametrize('ending', ['.mcap', '.db3', '.mcap.zstd'])
-def test_parts_are_in_order_whatever_dots_their_name_has(tmp_path, ending):
-    names = [f'walk_8.88deg_{number}{ending}' for number in range(12)]
-    for name in sorted(names):
-        (tmp_path / name).touch()
-    assert [each.name for each in files_of(tmp_path)] == names
-
-
 def test_a_recording_of_humble_without_types_is_read(tmp_path):
     is_tone(as_humble(write(tmp_path / 'bag', tone(7.0, 50.0), plugin='sqlite3')))
-
-
-def test_the_whole_messages_of_a_cut_file_are_read(tmp_path):
-    file = write_mcap(tmp_path / 'cut.mcap', tone(7.0, 50.0, seconds=8.0), chunk_size=2000)
-    content = file.read_bytes()
-    file.write_bytes(content[: len(content) // 2])
-    is_tone(file)
 
 
 def test_metadata_that_do_not_fit_are_left_aside(tmp_path):
@@ -143,24 +119,11 @@ def test_a_message_of_joints_with_other_positions_than_names_is_left_out(tmp_pat
     assert '1 sample left out: not finite' in notes
 
 
-@pytest.mark.parametrize('rate', [6.5, 40.0, 66.6667, 100.0, 333.3, 1000.0])
+@pytest.mark.parametrize('rate', [6.5, 66.6667, 1000.0])
 def test_any_rate_is_found_by_the_timestamps(tmp_path, rate):
     notes = is_tone(write(tmp_path / 'bag', tone(0.37 * rate, rate, 400 / rate)), 0.37 * rate)
     stated = float(notes.split('Nyquist frequency ')[1].split()[0])
     assert stated == pytest.approx(rate / 2.0, rel=1e-3)
-
-
-def test_a_resampled_recording_names_its_limit_and_half_the_mean_rate(tmp_path):
-    chance = random.Random(1)
-    made = []
-    for number in range(800):
-        at = number / 66.6667 + chance.uniform(0.0, 0.003)
-        stamp_ns = EPOCH + round(at * 1e9)
-        made.append((stamp_ns, message('Imu', stamp_ns, math.sin(math.tau * 7.0 * at))))
-    notes = is_tone(write(tmp_path / 'bag', made))
-    limit = float(notes.split('The spectrum ends at ')[1].split()[0])
-    assert 28.0 < limit < 31.0 and f'Highest frequency {limit:.4g} Hz' in notes
-    assert 'half the mean rate, 33.3' in notes and 'Nyquist' not in notes
 
 
 def test_times_of_recording_stand_for_timestamps_of_zero(tmp_path):
@@ -196,9 +159,7 @@ def test_the_raw_gyro_is_preferred_to_the_filtered_one(tmp_path):
     is_tone(write(tmp_path / 'bag', sorted(both, key=lambda made: made[0])))
 
 
-@pytest.mark.parametrize(
-    'asked', [{}, {'topic': 'a/imu'}, {'topic': '/a/imu'}, {'topic': 'imu', 'namespace': 'a'}]
-)
+@pytest.mark.parametrize('asked', [{}, {'topic': '/a/imu'}, {'topic': 'imu', 'namespace': 'a'}])
 def test_a_name_without_the_first_slash_is_found(tmp_path, asked):
     is_tone(write(tmp_path / 'bag', tone(7.0, 50.0), topic='a/imu'), **asked)
 
@@ -240,15 +201,6 @@ def test_an_imu_inside_a_message_of_a_drivers_own_type_is_read(tmp_path, plugin,
     is_tone(bag, **asked)
     with pytest.raises(KhrError, match=r'/imu is of type driver_msgs/.*--topic /imu\.imu \(sens'):
         read_channel(bag, '/imu')
-
-
-def test_an_imu_inside_a_message_is_one_field_over_all_files_of_a_split_recording(tmp_path):
-    messages = tone(7.0, 50.0)
-    parts = [wrapped(tmp_path / f'{n}', messages[100 * n : 100 * n + 100]) for n in range(2)]
-    (tmp_path / 'bag').mkdir()
-    for number, part in enumerate(parts):
-        (part / f'{number}.mcap').rename(tmp_path / 'bag' / f'bag_{number}.mcap')
-    is_tone(tmp_path / 'bag')
 
 
 def test_a_message_of_a_drivers_own_type_without_its_definition_is_named(tmp_path):

@@ -11,7 +11,6 @@ from rosbags.interfaces import QosDurability
 from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import FLUSH_PERIOD, Recording
-from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.recover import recover
 from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, TYPES
@@ -75,18 +74,13 @@ def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
     before = (run / 'bag' / 'bag.mcap').read_bytes()
     recover(run)
     assert (run / 'bag.cut' / 'bag.mcap').read_bytes() == before
-    assert recover(run) is None, 'it is whole now'
+    whole = (run / 'bag' / 'bag.mcap').read_bytes()
+    assert recover(run) is recover(run / 'bag') is None, 'it is whole now'
+    assert (run / 'bag' / 'bag.mcap').read_bytes() == whole
     shutil.rmtree(run / 'bag')
     shutil.copytree(run / 'bag.cut', run / 'bag')
     with pytest.raises(KhrError, match=r'bag\.cut: exists'):
         recover(run)
-
-
-def test_a_whole_bag_is_left_alone(killed, tmp_path):
-    run = shutil.copytree(killed[1], tmp_path / 'run')
-    before = (run / 'bag' / 'bag.mcap').read_bytes()
-    assert recover(run / 'bag') is None
-    assert (run / 'bag' / 'bag.mcap').read_bytes() == before
 
 
 @pytest.mark.slow
@@ -163,13 +157,6 @@ def test_what_is_no_bag_is_one_line(tmp_path, name):
     with pytest.raises(KhrError, match='no bag; accepted'):
         recover(tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
-
-
-def test_the_bag_of_a_run_is_found_in_its_folder(tmp_path):
-    assert bag_of(tmp_path) == tmp_path
-    (tmp_path / 'bag').mkdir()
-    (tmp_path / 'bag.cut').mkdir()
-    assert bag_of(tmp_path) == tmp_path / 'bag' == bag_of(tmp_path / 'bag')
 
 
 # ---- what a bag says of itself ----
