@@ -3,9 +3,9 @@
 from khr_common.interfaces import FOOT_FORCES, GYRO, STAGE
 
 
-def signals(rate=None, forces=None, stage=None):
-    """Return the signals of a pitch rate (rad/s), four normal forces (N), shares by controller."""
-    found = {} if rate is None else {GYRO: (0.0, rate, 0.0)}
+def signals(rate=None, forces=None, stage=None, roll_rate=0.0):
+    """Return the signals of rates (rad/s), four normal forces (N), shares by controller."""
+    found = {} if rate is None else {GYRO: (roll_rate, rate, 0.0)}
     if forces is not None:
         found |= {topic: (0.0, 0.0, each) for topic, each in zip(FOOT_FORCES, forces, strict=True)}
     if stage is not None:

@@ -44,10 +44,3 @@ def test_a_path_from_rest_to_rest_has_no_speed_or_acceleration_at_its_places(wid
 def test_places_are_held_before_the_first_time_and_after_the_last(path):
     found = path([1.0, 2.0, 4.0], [0.5, -1.0, 3.0])(np.array([-5.0, 1.0, 2.0, 4.0, 9.0]))
     np.testing.assert_allclose(found, [0.5, 0.5, -1.0, 3.0, 3.0], rtol=1e-15)
-
-
-def test_a_spline_of_plain_numbers_is_that_of_a_single_column():
-    times, values = np.array([0.0, 0.5, 2.0, 2.25]), places(1, 4)
-    time = between(times)
-    column = ClampedSpline(times, values[:, np.newaxis])(time)
-    np.testing.assert_array_equal(ClampedSpline(times, values)(time), column[:, 0])

@@ -1,20 +1,22 @@
-"""The recovery node: when it acts, and the joint targets of its step."""
-
-from __future__ import annotations
+"""Recovery: the estimate of the capture point, when the node acts, and the targets of its step."""
 
 from dataclasses import replace
 from math import radians
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.kinematics import ROBOT, GaitError, forward
+from khr_balance.recovery.estimator import CaptureEstimator
 from khr_balance.recovery.parameters import RecoveryParameters
 from khr_balance.recovery.recovery import LEGS, Recovery
 from khr_balance.recovery.stance import Stance
 from khr_balance.recovery.step import Phase
+from khr_common.errors import KhrError
 from khr_common.interfaces import (
     ANKLE_CORRECTION,
     FOOT_FORCES,
@@ -35,7 +37,7 @@ WALK = GaitParameters(motion='walk', cycles=3)
 POSTURE_OF_WALK = gait_of(WALK).reference(0.0)
 
 
-def signals(rate, reference=POSTURE, ankle=0.0, hip=0.0):
+def signals(rate, reference, ankle=0.0, hip=0.0):
     return {
         JOINT_REFERENCE: reference,
         GYRO: (0.0, rate, 0.0),
@@ -48,10 +50,12 @@ def signals(rate, reference=POSTURE, ankle=0.0, hip=0.0):
 class Played:
     """A run of the node on given rates: its corrections, states and the sums of all nodes."""
 
-    def __init__(self, rates, table=TABLE, ankle=0.0, hip=0.0):
+    def __init__(self, rates, table=TABLE, reference=None, ankle=0.0, hip=0.0):
         node = Recovery(table)
+        still = np.tile(POSTURE, (len(rates), 1))
+        self.reference = still if reference is None else np.array(reference)
         answers = [
-            node.update(n * PERIOD, signals(rate, ankle=ankle, hip=hip))
+            node.update(n * PERIOD, signals(rate, self.reference[n].tolist(), ankle, hip))
             for n, rate in enumerate(rates)
         ]
         self.correction = np.array([correction for correction, _ in answers])
@@ -59,7 +63,7 @@ class Played:
         added = np.zeros(len(JOINTS))
         for topic, angle in ((ANKLE_CORRECTION, ankle), (HIP_CORRECTION, hip)):
             added[[JOINT_INDEX[name] for name in topic.names]] = angle
-        self.target = np.tile(POSTURE + added, (len(rates), 1))
+        self.target = self.reference + added
         self.target[:, LEGS] += self.correction
 
 
@@ -68,9 +72,19 @@ def fall(sign=1.0, seconds=8.0):
     return [STILL] * 10 + [sign * FAST] * 12 + [STILL] * round(seconds / PERIOD)
 
 
+def walked(part, sign=1.0, table=TABLE):
+    """Play a walk with a fall at a part of its first cycle."""
+    gait = gait_of(WALK)
+    begin, end = gait.cycle(1)
+    falls = begin + part * (end - begin)
+    times = np.arange(0.0, gait.duration + 1.0, PERIOD)
+    rates = [sign * FAST if 0.0 <= t - falls < 0.15 else STILL for t in times]
+    return Played(rates, table, [gait.reference(t) for t in times])
+
+
 def test_a_step_that_the_legs_do_not_reach_is_refused_before_it_is_taken():
     node, long = Recovery(TABLE), replace(TABLE, step_length=(0.15, 0.15))
-    node.update(0.0, signals(STILL))
+    node.update(0.0, signals(STILL, POSTURE))
     with pytest.raises(GaitError, match='leg'):
         node.check(long)
     node.check(TABLE)
@@ -89,51 +103,26 @@ def test_a_disabled_node_leaves_the_robot_to_fall():
     assert not Played(fall(), replace(TABLE, enabled=False)).correction.any()
 
 
-class Walked:
-    """A walk with a fall at a part of its first cycle."""
-
-    def __init__(self, part, sign=1.0, table=TABLE, first_foot='right'):
-        gait = gait_of(replace(WALK, first_foot=first_foot))
-        begin, end = gait.cycle(1)
-        falls = begin + part * (end - begin)
-        node = Recovery(table)
-        self.time = np.arange(0.0, gait.duration + 1.0, PERIOD)
-        self.reference = np.array([gait.reference(t) for t in self.time])
-        answers = [
-            node.update(t, signals(sign * FAST if 0.0 <= t - falls < 0.15 else STILL, list(each)))
-            for t, each in zip(self.time, self.reference, strict=True)
-        ]
-        self.correction = np.array([correction for correction, _ in answers])
-        self.phase = np.array([state[0] for _, state in answers])
-        self.target = self.reference.copy()
-        self.target[:, LEGS] += self.correction
-
-
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_a_fall_in_a_walk_ends_it_by_a_step_and_leads_to_the_stance(sign):
-    walked = Walked(0.25, sign)
-    acts = walked.phase != Phase.WAITING
+    found = walked(0.25, sign)
+    acts = found.phase != Phase.WAITING
     assert acts.any()
-    assert not walked.correction[~acts].any()
-    moves = np.abs(walked.reference - POSTURE_OF_WALK).max(axis=1) > 1e-5
-    stands = np.abs(walked.target - POSTURE_OF_WALK).max(axis=1) < 1e-9
-    assert (stands & moves)[walked.phase == Phase.RETURNING].any()  # the gait still walks
-    assert walked.phase[-1] == Phase.WAITING
-    speed = np.abs(np.diff(walked.target[acts], axis=0)) / PERIOD
+    assert not found.correction[~acts].any()
+    moves = np.abs(found.reference - POSTURE_OF_WALK).max(axis=1) > 1e-5
+    stands = np.abs(found.target - POSTURE_OF_WALK).max(axis=1) < 1e-9
+    assert (stands & moves)[found.phase == Phase.RETURNING].any()  # the gait still walks
+    assert found.phase[-1] == Phase.WAITING
+    speed = np.abs(np.diff(found.target[acts], axis=0)) / PERIOD
     assert speed.max() <= NO_LOAD_SPEED + 1e-9
 
 
 def test_a_walk_without_a_fall_or_with_a_far_threshold_is_left_alone():
-    assert not Walked(0.25, sign=0.0).correction.any()
-    assert not Walked(0.25, table=replace(TABLE, moving_threshold=(0.3, 0.3))).correction.any()
+    assert not walked(0.25, sign=0.0).correction.any()
+    assert not walked(0.25, table=replace(TABLE, moving_threshold=(0.3, 0.3))).correction.any()
 
 
-def test_a_step_out_of_a_walk_is_mirrored_with_it():
-    right, left = (Walked(0.3, first_foot=foot).target for foot in ('right', 'left'))
-    np.testing.assert_allclose(right.T, mirrored(left.T), atol=1e-5)
-
-
-@pytest.mark.parametrize('part', [0.2, 0.45, 0.7, 0.8])
+@pytest.mark.parametrize('part', [0.2, 0.7])
 def test_a_motion_after_a_step_is_judged_as_the_first_one(part):
     gait = gait_of(WALK)
     begin, end = gait.cycle(1)
@@ -155,7 +144,7 @@ def test_a_motion_after_a_step_is_judged_as_the_first_one(part):
     assert phase(*fell, (stand, STILL, 600), last) == phase((stand, STILL, 600), last)
 
 
-@pytest.mark.parametrize('part', [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35])
+@pytest.mark.parametrize('part', [0.05, 0.2, 0.35])
 def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part):
     gait = gait_of(WALK)
     begin, end = gait.cycle(1)
@@ -228,8 +217,48 @@ def test_the_swinging_sole_is_level_whatever_the_lean_of_the_body():
     assert np.linalg.norm(point - pivot) == pytest.approx(distance)
 
 
-def test_a_step_out_of_reach_is_refused_with_the_leg():
-    low = list(gait_of(GaitParameters(motion='stand', hip_height=0.125)).reference(0.0))
-    node = Recovery(replace(TABLE, step_length=(0.16, 0.16), split_drop=(0.0, 0.0)))
-    with pytest.raises(Exception, match='leg: its ankle would be'):
-        node.update(0.0, signals(0.0, low))
+STANDING = (3.7, 3.7, 3.7, 3.7)
+
+
+def after(time, rate, forces=STANDING, **parameters):
+    """Return the estimate after a time of constant readings."""
+    estimator = CaptureEstimator(RecoveryParameters(**parameters))
+    for _ in range(round(time / PERIOD)):
+        estimate = estimator.update(rate, forces)
+    return estimate
+
+
+@given(st.floats(0.5, 7.0), st.floats(0.5, 7.0))
+def test_a_quiet_robot_has_its_centre_of_mass_above_the_centre_of_pressure(toe, heel):
+    estimate = after(5.0, 0.0, (toe, heel, toe, heel), sole_distance=0.05)
+    if toe + heel > 2.5:
+        assert estimate.com == pytest.approx(0.05 * (toe - heel) / (toe + heel), abs=1e-3)
+    else:  # no load, no centre of pressure
+        assert estimate.com == 0.0
+    assert estimate.capture_point == estimate.com
+
+
+def test_a_fall_integrates_the_gyro_on_flat_soles_and_on_their_edge():
+    table = RecoveryParameters(gyro_lag=0.0, growth_rate=5.0, tipping_distance=0.1)
+    flat = after(0.15, 0.5, gyro_lag=0.0, growth_rate=5.0, tipping_distance=0.1)
+    assert flat.com == pytest.approx(0.15 * 0.5 * table.height)
+    assert flat.capture_point - flat.com == pytest.approx(0.5 * table.height / 5.0)
+    tips = after(0.15, 0.5, gyro_lag=0.0, growth_rate=5.0, tipping_distance=0.0)
+    assert tips.com == pytest.approx(0.15 * 0.5 * table.tipping_height)
+
+
+def test_the_lag_of_the_gyro_advances_the_estimate():
+    late, ahead = after(0.15, 0.5, gyro_lag=0.0), after(0.15, 0.5, gyro_lag=0.02)
+    assert ahead.com - late.com == pytest.approx(0.02 * 0.5 * RecoveryParameters().height)
+
+
+def test_forces_are_not_followed_during_a_fall():
+    assert after(0.3, 0.5, (7.0, 0.0, 7.0, 0.0)) == after(0.3, 0.5)
+
+
+@pytest.mark.parametrize(
+    ('rate', 'forces'), [(float('nan'), STANDING), (0.0, (1.0, float('inf'), 1.0, 1.0))]
+)
+def test_a_reading_that_is_not_finite_is_refused(rate, forces):
+    with pytest.raises(KhrError, match='accepted'):
+        CaptureEstimator(RecoveryParameters()).update(rate, forces)
