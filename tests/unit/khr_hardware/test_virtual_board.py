@@ -109,19 +109,6 @@ def client(board):
     return Client(Loopback(board), retries=0)
 
 
-def test_a_move_of_n_cycles_arrives_in_the_nth_and_says_so(board, client):
-    client.move({12: 7500}, 1)
-    board.cycle()
-    client.move({12: 7600}, 4)
-    assert client.record(12).speed == 4
-    sent = []
-    for _ in range(5):
-        board.cycle()
-        sent.append(board.sent[12] - TRIMS[12])
-    assert sent == [7525, 7550, 7575, 7600, 7600]
-    assert client.record(12).speed == client.record(12).steps_left == 0
-
-
 def test_hold_keeps_a_servo_where_it_was(board, client):
     client.move({12: HOLD})
     board.robot.positions[12] = 8000

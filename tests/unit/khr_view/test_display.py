@@ -129,11 +129,3 @@ def test_every_view_shows_the_whole_of_two_robots(two_robots, name, aspect):
         depth = corner @ forward
         assert abs(corner @ up) < highest * depth
         assert abs(corner @ right) < aspect * highest * depth
-
-
-@pytest.mark.parametrize('lead', [-0.3, 0.0, 0.3])
-def test_of_two_robots_none_hides_the_other_when_it_is_ahead(two_robots, lead):
-    camera = two_robots.server.initial_camera
-    forward = np.subtract(camera.look_at, camera.position)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    assert abs(right @ (lead, -SIDE, 0.0)) / np.linalg.norm(right) > 0.1  # m, a torso is as wide

@@ -57,19 +57,6 @@ def test_a_guard_for_others_needs_its_token_once_and_a_cookie_then():
     assert guard.refusal({**host, 'Origin': 'http://evil.example', **SOCKET}, '/')
 
 
-@pytest.mark.parametrize(
-    ('headers', 'path'),
-    [
-        ({}, '/?token=\udcff'),
-        ({}, '/?token=%ff'),
-        ({'Cookie': 'khr_view=\udcff'}, '/'),
-        ({'Cookie': 'khr_view="\\377"'}, '/'),
-    ],
-)
-def test_a_token_of_other_bytes_is_none(headers, path):
-    assert 'token' in locked().refusal({'Host': '192.0.2.1:8090', **headers}, path)
-
-
 def test_the_browser_is_told_to_load_nothing_from_elsewhere(guard):
     policy = guard.headers('/')['Content-Security-Policy']
     assert "default-src 'self'" in policy and "frame-ancestors 'none'" in policy

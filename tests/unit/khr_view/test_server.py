@@ -93,20 +93,21 @@ def test_nothing_else_is(served, path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('path', 'header'), [(b'/?token=\xff', b''), (b'/', b'Cookie: khr_view=\xff'), (b'//[', b'')]
+    ('path', 'header'),
+    [
+        (b'/?token=\xff', b''),
+        (b'/?token=%ff', b''),
+        (b'/', b'Cookie: khr_view=\xff'),
+        (b'/', b'Cookie: khr_view="\\377"'),
+        (b'//[', b''),
+    ],
 )
 def test_bytes_of_whoever_sends_them_are_refused(path, header):
     guard = replace(listen(), token='secret')
     server = PageServer(guard, 'khr')
     with socket.create_connection((guard.host, guard.port), timeout=60) as raw:
-        lines = [
-            b'GET ' + path + b' HTTP/1.1',
-            b'Host: x',
-            *([header] if header else []),
-            b'',
-            b'',
-        ]
-        raw.sendall(b'\r\n'.join(lines))
+        lines = [b'GET ' + path + b' HTTP/1.1', b'Host: x', *([header] if header else [])]
+        raw.sendall(b'\r\n'.join([*lines, b'', b'']))
         answer = raw.recv(4096)
     server.stop()
     assert answer.startswith(b'HTTP/1.1 403'), answer

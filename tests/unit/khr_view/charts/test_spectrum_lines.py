@@ -36,7 +36,9 @@ def test_the_gait_s_lines_stand_at_all_multiples_of_f_0():
     lines = spectrum_lines(BINS, np.ones(30), (), 2.31)
     found = lines.frequency[lines.gait > 0.0]
     assert found == pytest.approx(np.arange(4, 30, 4) / 2.31)
-    assert not spectrum_lines(BINS, np.ones(30)).gait.any()
+    standing = spectrum_lines(BINS, np.ones(30), [PlacedPeak(2.0, 1.0)])
+    assert not standing.gait.any() and [each.name for each in standing.tones] == ['']
+    assert all(len(column) == 0 for column in spectrum_lines([], []).columns)
 
 
 @given(st.integers(1, 40), st.floats(-0.5, 0.5), st.floats(0.5, 10.0))
@@ -46,15 +48,6 @@ def test_a_peak_is_named_by_its_place_among_the_lines_of_the_gait(n, off, cycle)
         assert peak.name == f'line n = {n}'
     elif abs(off) > ON_LINE + 1e-6:
         assert peak.name == f'off the lines, n = {n + off:.1f}'
-
-
-def test_a_robot_that_does_not_walk_has_no_lines_of_a_gait():
-    (peak,) = spectrum_lines(BINS, np.ones(30), [PlacedPeak(2.0, 1.0)]).tones
-    assert peak.name == ''
-
-
-def test_an_empty_spectrum_is_empty():
-    assert all(len(column) == 0 for column in spectrum_lines([], []).columns)
 
 
 def test_bins_and_peaks_of_two_windows_are_told_apart():

@@ -93,9 +93,3 @@ def test_a_spectrum_in_another_unit_is_not_shown_in_deg_s():
         bins_in(_array(found, 'amplitude'))
     with pytest.raises(MalformedError, match='amplitude_rad_s'):
         peaks_in(_peaks(found, 'amplitude', ''))
-
-
-def test_a_driver_that_counts_no_late_periods_is_no_malformed_one():
-    status = Status()
-    status.simulator({'sync': 'realtime'})
-    assert status.late == ''

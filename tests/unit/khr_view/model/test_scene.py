@@ -44,22 +44,15 @@ def build(**changes):
     return BUILDER.build(signals(**changes))
 
 
-@pytest.mark.parametrize('inclination', [0.0, 0.15, -0.1])
-def test_support_lies_on_the_board_and_holds_the_middle(inclination):
-    support = build(inclination=inclination).balance.support
-    normal = matrix(pitched(inclination))[:, 2]
+def test_support_lies_on_the_board_under_the_loaded_soles():
+    support = build(inclination=0.15).balance.support
+    normal = matrix(pitched(0.15))[:, 2]
     assert np.allclose(support @ normal, 0.0, atol=1e-9)
-    center = support.mean(axis=0)
     sides = np.roll(support, -1, axis=0) - support
-    turns = np.cross(sides, center - support) @ normal
+    turns = np.cross(sides, support.mean(axis=0) - support) @ normal
     assert (turns > 0).all() or (turns < 0).all(), 'the corners go around the middle in order'
-
-
-def test_support_is_that_of_the_loaded_soles():
-    both, left = (
-        build(**loads).balance.support for loads in ({}, {'loads': (7.0, 7.0, 0.0, 0.0)})
-    )
-    assert left[:, 1].min() > 0.0 > both[:, 1].min()
+    left = build(loads=(7.0, 7.0, 0.0, 0.0)).balance.support
+    assert left[:, 1].min() > 0.0 > support[:, 1].min()
     assert build(loads=(0.1,) * 4).balance.support.shape == (0, 3)
 
 

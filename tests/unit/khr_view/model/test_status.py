@@ -87,6 +87,8 @@ def test_status_shows_what_is_there_in_the_same_rows_from_the_start():
     values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
     status.monitor('slipped', values | {'real_time_factor': '2.00'})
     assert list(dict(status.rows(1.0, over=False))) == list(rows)
+    status.simulator({'sync': 'realtime'})
+    assert status.late == '', 'a driver need not count late periods'
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
     status.stage, status.scenario = 2, 'walk_0deg'
     rows = dict(status.rows(1.0, over=False))
