@@ -10,50 +10,30 @@ from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.commands import Packet, Splitter, acknowledged, decode, refusal
 from khr_hardware.protocol.memory import Config, Mixing
 from tests.fakes.boards import bench_board
-from tests.support import exchanges
 
 NEUTRAL = dict.fromkeys([0, 2, 3, 4, 5, 8, 9, *range(12, 22)], 7500)
-FRAMES = {  # command: its bytes on the wire
-    'acknowledge': (commands.ACKNOWLEDGE, '04 fe 06 08'),
-    'version': (commands.VERSION, '03 fd 00'),
-    'all AD': (commands.read_ram(0x0022, 22), '0a 00 20 00 00 00 22 00 16 62'),
-    'servos': (
-        commands.move_servos(NEUTRAL, 1),
-        '2b 10 3d f3 3f 00 00 01' + ' 4c 1d' * 17 + ' a4',
-    ),
-    'mixing of ICS 18': (
-        commands.write_ram(0x0206, Mixing.of_ad(1, 12).encode()),
-        '0a 00 02 06 02 00 24 40 0c 84',
-    ),
-    'free one': (exchanges.move_servo(18, 0x8000, 1), '07 0f 12 01 00 80 a9'),
-    'stretch': (
-        exchanges.set_servos(commands.ServoParameter.STRETCH, {1: 60, 0: 30}),
-        '0b 12 03 00 00 00 00 01 1e 3c 7b',
-    ),
-    'each': (
-        exchanges.move_servos_each({2: (5, 7500), 0: (1, 0x8000)}),
-        '0e 11 05 00 00 00 00 01 00 80 05 4c 1d 13',
-    ),
-    'ROM': (exchanges.read_rom(0x05DC, 2), '0b 00 23 00 00 00 dc 05 00 02 11'),
-    'write ROM': (exchanges.write_rom(0x0B80, b'\x01\x02'), '09 00 32 80 0b 00 01 02 c9'),
-    'record': (exchanges.read_record(18, 4, 2), '0a 00 21 00 00 00 04 12 02 43'),
-    'write record': (
-        exchanges.write_record(18, memory.TRIM, b'\xa8\xfd'),
-        '09 00 12 02 12 00 a8 fd d4',
-    ),
-}
-
-
+SERVOS = '2b 10 3d f3 3f 00 00 01' + ' 4c 1d' * 17 + ' a4'
 VERSION = (
     '23 fd 43 42 2d 34 20 56 31 2e 30 20 20 20 20 20 20 30 39 30 37 31 35' + ' 20' * 10 + ' c7 08'
 )
 
 
-@pytest.mark.parametrize('name', FRAMES)
-def test_a_command_is_these_bytes(name):
-    frame, expected = FRAMES[name]
-    assert frame.encode() == bytes.fromhex(expected)
-    assert decode(bytes.fromhex(expected)) == frame
+@pytest.mark.parametrize(
+    ('command', 'expected'),
+    [
+        (commands.ACKNOWLEDGE, '04 fe 06 08'),
+        (commands.VERSION, '03 fd 00'),
+        (commands.read_ram(0x0022, 22), '0a 00 20 00 00 00 22 00 16 62'),
+        (commands.move_servos(NEUTRAL, 1), SERVOS),
+        (
+            commands.write_ram(0x0206, Mixing.of_ad(1, 12).encode()),
+            '0a 00 02 06 02 00 24 40 0c 84',
+        ),
+    ],
+)
+def test_a_command_is_these_bytes(command, expected):
+    assert command.encode() == bytes.fromhex(expected)
+    assert decode(bytes.fromhex(expected)) == command
 
 
 @pytest.mark.parametrize(
@@ -61,16 +41,18 @@ def test_a_command_is_these_bytes(name):
     [
         ('04 fe 06 08', '04 fe 06 08'),
         ('03 fe 01', '04 fe 06 08'),
-        ('0a 00 02 06 02 00 24 40 0c 84', '04 00 06 0a'),
-        ('07 0f 12 01 00 80 a9', '04 0f 06 19'),
-        ('0b 10 05 00 00 00 00 01 4c 1d 8a', '04 10 15 29'),  # one position for two servos
-        ('2b 10 3d f3 3f 00 00 01' + ' 4c 1d' * 17 + ' a4', '04 10 06 1a'),
-        ('09 00 12 02 12 00 a8 fd d4', '04 00 06 0a'),
-        ('09 00 32 80 0b 00 01 02 c9', '04 00 06 0a'),
-        ('0b 00 23 00 00 00 80 0b 00 02 bb', '05 00 ff ff 03'),
-        ('0a 00 21 00 00 00 04 12 02 43', '05 00 4c 1d 6e'),
-        ('0a 00 20 00 00 00 22 00 16 62', '19 00 c2 01 00 00 64 00' + ' 00' * 16 + ' 40'),
         ('03 fd 00', VERSION),
+        ('0a 00 02 06 02 00 24 40 0c 84', '04 00 06 0a'),  # a mixing of ICS 18
+        ('07 0f 12 01 00 80 a9', '04 0f 06 19'),  # free one
+        (SERVOS, '04 10 06 1a'),
+        ('0e 11 05 00 00 00 00 01 00 80 05 4c 1d 13', '04 11 06 1b'),  # each by its own cycles
+        ('0b 12 03 00 00 00 00 01 1e 3c 7b', '04 12 06 1c'),  # stretch
+        ('09 00 12 02 12 00 a8 fd d4', '04 00 06 0a'),  # write a record, and read it
+        ('0a 00 21 00 00 00 04 12 02 43', '05 00 4c 1d 6e'),
+        ('09 00 32 80 0b 00 01 02 c9', '04 00 06 0a'),  # write ROM, and read it
+        ('0b 00 23 00 00 00 80 0b 00 02 bb', '05 00 ff ff 03'),
+        ('0a 00 20 00 00 00 22 00 16 62', '19 00 c2 01 00 00 64 00' + ' 00' * 16 + ' 40'),
+        ('0b 10 05 00 00 00 00 01 4c 1d 8a', '04 10 15 29'),  # one position for two servos
         ('07 0b 80 0b 00 00 9d', '04 0b 15 24'),  # programs in ROM are not run
         ('07 0c 80 0b 00 00 9e', '04 0c 15 25'),
         ('03 0d 10', '04 0d 15 26'),

@@ -11,7 +11,6 @@ from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.memory import FREE, Config
 from khr_hardware.virtual.server import KINDS, Fault, Faults, Server, Wire
 from tests.fakes.boards import TRIMS, bench_board
-from tests.support import exchanges
 from tests.support.served import served
 
 RATES = (1_250_000,) * 3 + (115_200,) * 3  # it opens the line at each three times
@@ -61,7 +60,7 @@ def test_the_rcb4_client_reads_ad_writes_trims_and_mixings_and_clears_them(tmp_p
         found = bytes(rcb4.write_move_ram_to_com_command(record, 20))
         assert found[2:4] == b'\x64\x00' and found[14:] == b'\x24\x40\x0c\x26\x40\x82'
         board.robot.ad[1] = 512 + 3
-        board.answer(exchanges.move_servo(18, 7500, 1))
+        board.answer(commands.move_servos({18: 7500}))
         for _ in range(3):  # AD2 reads 100
             board.cycle()
         assert board.sent[18] == 7500 + 100 + 12 * 3 - 2 * 100

@@ -11,7 +11,6 @@ from khr_hardware.protocol import memory
 from khr_hardware.protocol.commands import Packet
 from khr_hardware.protocol.memory import FREE, HOLD, Config, Mixing
 from tests.fakes.boards import TRIMS, Loopback, bench_board
-from tests.support import exchanges
 
 SERVOS = st.sampled_from(sorted(TRIMS))
 POSITIONS = st.integers(5000, 10000)
@@ -156,11 +155,11 @@ def test_a_mixing_acts_after_its_delay(delay):
 
 
 def test_rom_is_stored_and_power_on_restores_ram(board, client):
-    client.command(exchanges.write_rom(0x0B80, b'abc'))
+    client.command(Packet(0x00, b'\x32\x80\x0b\0abc'))  # at 0x0B80
     client.set_mixing(12, 0, Mixing.of_ad(1, 5))
     client.move({12: 7600})
     board.power_on()
-    assert client.exchange(exchanges.read_rom(0x0B80, 3), 3) == b'abc'
+    assert client.exchange(Packet(0x00, b'\x23\0\0\0\x80\x0b\0\x03'), 3) == b'abc'
     assert not client.record(12).mixings[0].active
     board.cycle()
     assert board.sent[12] == FREE and client.record(12).trim == TRIMS[12]

@@ -62,6 +62,11 @@ def khr(monkeypatch, capsys, *arguments):
         (['view', 'walk_0deg', '--no-browser', '--kh', 'nan'], ['hip_controller: gain: ']),
         (['view', 'stand_0deg', '--no-browser', '--port', '99999'], ['--port: ']),
         (['view', '.', '--no-browser', '--kh', '0'], ['--kh: not accepted with a recording']),
+        (['report', '.', '--axis', 'x', '--out', 'x.svg'], ['--axis: not accepted with --out']),
+        (
+            ['export', 'stand_0deg', '--motion', '--out', 'x.csv', '--namespace', '/a'],
+            ['--namespace: stand_0deg has no bag'],
+        ),
         (['view', '.', '--no-browser', '--no-record'], ['--no-record: not accepted with a rec']),
         *(
             (['board', 'serve', 'stand_0deg', '--link', 'rcb4', option, value], [option, bound])

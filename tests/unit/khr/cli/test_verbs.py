@@ -6,17 +6,14 @@ from contextlib import nullcontext
 from types import SimpleNamespace as Made
 
 import pytest
-from typer.testing import CliRunner
 
 from khr import searches
-from khr.cli.app import app
 from khr.cli.options_of import options_of
 from khr.cli.verbs import bouts as verb
 from khr.cli.verbs.recordings import _export_motion
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.graph.graph import RunOptions
 from khr_bringup.scenario.scenario import load_scenario
-from khr_common.errors import KhrError
 from khr_view import viewing
 from khr_view.viewing import Observer, Viewing
 from tests import ROOT
@@ -30,27 +27,6 @@ def test_the_settings_of_an_exported_motion_are_quoted(tmp_path, capsys):
     assert words[::2] == ['--set'] * (len(words) // 2)
     played = load_scenario(str(squat)).set_to(words[1::2]).of('gait')
     assert (played['motion_file'], played['repeat']) == (str(file), [0.0, 2.5])
-
-
-def refused(*words):
-    """Return the one line that refuses a command."""
-    done = CliRunner().invoke(app(), [*map(str, words)])
-    assert isinstance(done.exception, KhrError), done.output
-    assert '\n' not in str(done.exception)
-    return str(done.exception)
-
-
-@pytest.mark.parametrize('option', ['--topic', '--axis'])
-def test_the_charts_of_a_run_are_of_no_topic(tmp_path, option):
-    out = tmp_path / 'charts.svg'
-    says = refused('report', tmp_path, option, 'x', '--out', out)
-    assert says.startswith(f'{option}: not accepted with --out ')
-    assert not out.exists()
-
-
-def test_the_motion_of_a_scenario_has_no_namespace(tmp_path):
-    asked = 'export', 'stand_0deg', '--motion', '--out', tmp_path / 'motion.csv'
-    assert refused(*asked, '--namespace', '/a').startswith('--namespace: stand_0deg has no bag')
 
 
 def test_a_bout_is_repeated_only_while_a_browser_is_connected(monkeypatch):
