@@ -63,8 +63,13 @@ def series_of(scenario, seed):
         band[np.abs(np.fft.rfftfreq(time.size, PERIOD) - RINGS_HZ) > 0.8] = 0.0
         rate += 0.002 * hip.gain * np.fft.irfft(band, time.size)
     slip = np.cumsum(np.abs(draw.normal(size=time.size))) * 1e-5
+    return signals(time, pitch_rate=rate, slip=slip)
+
+
+def signals(time, **given):
+    """Return the signals of a run, of which those not given are zero."""
     zeros = {each.name: np.zeros(time.size) for each in fields(Series) if each.default is MISSING}
-    return Series(**{**zeros, 'time': time, 'pitch_rate': rate, 'slip': slip})
+    return Series(**{**zeros, 'time': time, **given})
 
 
 @pytest.fixture(scope='module')
@@ -164,13 +169,7 @@ def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
 
 @pytest.mark.parametrize(
     ('origin', 'sure', 'mark'),
-    [
-        ('gait', 'low', '6'),
-        ('feedback', 'medium', 'K'),
-        ('slipping', 'high', 's'),
-        ('feedback', 'low', '?'),
-        (None, 'low', '?'),
-    ],
+    [('gait', 'low', '6'), ('slipping', 'high', 's'), ('feedback', 'low', '?')],
 )
 def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, sure, mark):
     found = lines.explain_all({'lines': runs})[0].lines
@@ -212,7 +211,6 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
     assert folder == tmp_path / 'walk_5.55deg-fast'
 
 
-EVEN = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s
 UNLIKE = {'zero errors 0.5 deg': 0.04, 'zero errors 1 deg': 0.14}  # of line 11
 
 
@@ -220,20 +218,19 @@ def with_line_11(scenario, height):
     gait = scenario.table(GaitParameters)
     time = np.arange(round((2.0 + 5 * gait.cycle_period) / PERIOD)) * PERIOD
     phase = 2 * np.pi * (time - gait.start_delay) / gait.cycle_period
-    rate = sum(size * np.cos(n * phase) for n, size in (EVEN | {11: height}).items())
-    zeros = {each.name: np.zeros(time.size) for each in fields(Series) if each.default is MISSING}
-    return Series(**{**zeros, 'time': time, 'pitch_rate': rate})
+    rate = sum(size * np.cos(n * phase) for n, size in (AMPLITUDES | {11: height}).items())
+    return signals(time, pitch_rate=rate)
 
 
 @pytest.fixture(scope='module')
 def of_line_11(tmp_path_factory):
-    def signals(trial):
+    def of(trial):
         return with_line_11(trial.scenario, UNLIKE.get(trial.point['case'], 0.0))
 
     def fell(trial):
         return trial.point['case'] == 'K_A 24' and trial.seed == 1
 
-    return {'line_11': kept_runs('line_11', tmp_path_factory.mktemp('series'), signals, fell)}
+    return {'line_11': kept_runs('line_11', tmp_path_factory.mktemp('series'), of, fell)}
 
 
 def test_only_walks_with_unlike_halves_have_an_odd_line(of_line_11):
@@ -243,29 +240,13 @@ def test_only_walks_with_unlike_halves_have_an_odd_line(of_line_11):
         height = UNLIKE.get(case, 0.0)
         assert each['amplitudes'] == pytest.approx((height,) * len(each['amplitudes']), abs=2e-3)
         assert each['shares'] == pytest.approx((height / 0.2,) * len(each['shares']), abs=1e-2)
-        assert each['odd'] == pytest.approx(height / np.linalg.norm([*EVEN.values()]), abs=1e-2)
-
-
-def test_the_line_moves_with_the_cycle(of_line_11):
-    found = {each['case']: each['frequency'] for each in measure_line_11(of_line_11)}
-    assert found['as it is'] == pytest.approx(11 / 2.31)
-    assert found['T 2.55 s'] == pytest.approx(11 / 2.55)
-
-
-def test_it_counts_the_walks_in_which_the_line_is_among_the_four_largest(of_line_11):
-    found = {each['case']: each for each in measure_line_11(of_line_11)}
-    assert {case: each['among'] for case, each in found.items() if each['among']} == {
-        'zero errors 1 deg': 2
-    }
-
-
-def test_a_walk_that_falls_counts_as_tried_alone(of_line_11):
-    found = {each['case']: each for each in measure_line_11(of_line_11)}
-    assert (len(found['K_A 24']['shares']), found['K_A 24']['runs']) == (1, 2)
-    assert (len(found['K_A 12']['shares']), found['K_A 12']['runs']) == (2, 2)
-
-
-def test_without_runs_it_says_so():
+        norm = np.linalg.norm([*AMPLITUDES.values()])
+        assert each['odd'] == pytest.approx(height / norm, abs=1e-2)
+        assert each['among'] == (2 if case == 'zero errors 1 deg' else 0), 'the four largest'
+        fell = case == 'K_A 24'
+        assert (len(each['shares']), each['runs']) == (2 - fell, 2), 'a fall is tried alone'
+    assert found['as it is']['frequency'] == pytest.approx(11 / 2.31)
+    assert found['T 2.55 s']['frequency'] == pytest.approx(11 / 2.55), 'it moves with the cycle'
     with pytest.raises(KhrError, match='0 runs'):
         measure_line_11({'line_11': []})
 
