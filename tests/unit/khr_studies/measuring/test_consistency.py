@@ -9,12 +9,10 @@ import pytest
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.robots import constants_of
-from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import Bench, limit_of_seed, walk
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.consistency import (
-    check,
     contradictions,
     experiment_runs,
     page_condition,
@@ -99,16 +97,6 @@ def test_another_seed_or_ground_is_no_contradiction_but_may_be_ragged():
     assert ragged_limits(run_table([STANDS, {**FALLS, 'inclination_deg': 7.7}])) == []
 
 
-def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
-    check(run_table([STANDS]), Path('kept'))
-    with pytest.raises(
-        RunError, match='no page is written: 1 of its results contradict'
-    ) as refusal:
-        check(run_table([STANDS, FALLS]), Path('kept'))
-    assert 'kept' in str(refusal.value)
-    assert capsys.readouterr().err.count('khr: stand, K_A 12 at 7.6 deg') == 1
-
-
 class Pool:
     """Measures at once: all walks fall, all limits are one run that walks."""
 
@@ -149,24 +137,17 @@ def test_a_bench_on_another_engine_measures_and_says_so():
     assert len(asked) == 1
 
 
-def test_the_default_engine_by_name_is_the_same_experiment():
-    """Otherwise khr figure and khr reproduce would discard one another's runs."""
-    own = sweeps_of(['walk_soles'], True)
-    assert sweeps_of(['walk_soles'], True, RunParameters().engine) == own
-
-
-def test_experiments_on_another_engine_have_folders_of_their_own():
+@pytest.mark.parametrize(
+    ('engine', 'robot', 'place'), [('mujoco', '', 'mujoco'), ('bullet', 'stiff', 'robots/stiff')]
+)
+def test_experiments_on_another_engine_or_robot_have_folders_of_their_own(engine, robot, place):
     (own,) = sweeps_of(['walk_soles'], True)
-    (other,) = (found := sweeps_of(['walk_soles'], True, 'mujoco'))
-    assert own != other and other.name == own.name
+    # Otherwise khr figure and khr reproduce would discard one another's runs.
+    assert own in sweeps_of(['walk_soles'], True, RunParameters().engine)
+    (other,) = (found := sweeps_of(['walk_soles'], True, engine, robot))
+    assert other == own.parent / place / own.name
+    constants = constants_of(robot) | {('simulator', 'engine'): engine}
     for scenario in found[other].scenarios.values():
-        assert scenario.table(RunParameters).engine == 'mujoco'
-
-
-def test_experiments_with_another_robot_have_its_constants_and_folders_of_their_own():
-    (own,) = sweeps_of(['walk_soles'], True)
-    (other,) = (found := sweeps_of(['walk_soles'], True, robot='stiff'))
-    assert other == own.parent / 'robots' / 'stiff' / own.name
-    stiffness = constants_of('stiff')['simulator', 'gear_stiffness']
-    for scenario in found[other].scenarios.values():
-        assert scenario.whole('simulator')['gear_stiffness'] == stiffness
+        assert scenario.table(RunParameters).engine == engine
+        for (node, key), value in constants.items():
+            assert scenario.whole(node)[key] == value

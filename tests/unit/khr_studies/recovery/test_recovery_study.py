@@ -1,13 +1,24 @@
-"""Levels, holes, bounds and the page of the recovery study."""
+"""The recovery study: its levels, bounds and page, and the search for the shape of the step."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from khr.cli.app import app
+from khr_balance.gaits.kinematics import GaitError
+from khr_balance.recovery.parameters import RecoveryParameters
+from khr_bringup.scenario.scenario import parse
+from khr_common.errors import KhrError
 from khr_studies.measuring.run_table import read_table
+from khr_studies.push.study import START
+from khr_studies.recovery import search as searching
 from khr_studies.recovery.page import page, pushes_held
+from khr_studies.recovery.search import RANGES, Search, attempt, search, summarise, write
 from khr_studies.recovery.study import CASES, bounds, held, push_once
+from tests.fakes.jobs import HerePool
 
 DOCS = Path(__file__).parents[4] / 'docs'
 
@@ -64,3 +75,90 @@ def test_the_page_names_each_missed_goal():
     assert {row['engine'] for row in missed} == {'bullet', 'mujoco'}
     for row in missed:
         assert f'{row["push"]}, {row["slope"]} deg, {row["engine"]}: {row["times"]:.1f} of' in text
+
+
+# ---- the search ----
+
+
+@pytest.fixture
+def pushed(monkeypatch):
+    """Pushes that topple a robot by its step length alone; their impulses, one per run."""
+    impulses = []
+
+    def attempt(condition, impulse) -> dict:
+        impulses.append(impulse)
+        length = dict(condition.changes)['recovery', 'step_length'][1]
+        fell = impulse > 10.0 * length
+        return {'fell': fell, 'fell_at_s': START + 1.0 if fell else None}
+
+    def limit_of_ankles(condition) -> dict:
+        return {'held': 1.0}
+
+    monkeypatch.setattr(
+        'khr_studies.measuring.kept_pool.local_pool', lambda *_: nullcontext(HerePool())
+    )
+    monkeypatch.setattr(searching, 'attempt', attempt)
+    monkeypatch.setattr(searching, 'limit_of_ankles', limit_of_ankles)
+    return impulses
+
+
+def test_a_search_improves_on_the_default_and_resumes(pushed, tmp_path):
+    asked = Search('front', 32)
+    found = search(asked, 1, tmp_path)
+    assert found.before < found.held <= found.pushes
+    assert dict(zip(RANGES, found.values, strict=True))['step_length'] > 0.0672
+    runs = len(pushed)
+    assert search(asked, 1, tmp_path) == found
+    assert len(pushed) == runs
+
+
+def test_the_file_holds_what_was_found_and_the_default_of_the_other_direction(tmp_path):
+    values = [low for low, _ in RANGES.values()]
+    text = write([searching.Found(Search('front'), values, 3, 2, 27)], tmp_path)
+    assert text.splitlines()[0] == 'front: 3 of 27 pushes held, 2 by the default'
+    path = tmp_path / 'recovery.yaml'
+    read = parse(path.read_text(), str(path), 'recovery').table(RecoveryParameters)
+    for name, (low, _) in RANGES.items():
+        assert getattr(read, name) == (getattr(RecoveryParameters(), name)[0], low)
+
+
+def test_the_default_step_is_within_the_ranges_searched():
+    for name, (low, high) in RANGES.items():
+        assert all(low <= value <= high for value in getattr(RecoveryParameters(), name)), name
+
+
+def test_an_early_fall_costs_more_than_a_late_one():
+    runs = pd.DataFrame(
+        {
+            'candidate': [0, 0, 1, 1, 2, 2],
+            'fell': [False, False, False, True, False, True],
+            'fell_at_s': [None, None, None, START + 5.0, None, START + 0.5],
+        }
+    )
+    (best, held), (late, one), (early, _) = summarise(runs)
+    assert (best, held, one) == (0.0, 2, 1)
+    assert 0.5 < late < early < 1.0
+
+
+def test_a_step_out_of_reach_counts_as_a_fall(monkeypatch):
+    def refuse(*_):
+        raise GaitError('left leg: too short')
+
+    monkeypatch.setattr(searching, 'push_once', refuse)
+    assert attempt(Search('front'), 1.0)['fell']
+
+
+@pytest.mark.parametrize(
+    ('options', 'message'),
+    [
+        (['--search'], '--search: not accepted without --recovery'),
+        (['--recovery', '--search', '--ka', '18'], '--recovery: has pushes of its own'),
+        (['--recovery', '--search', '--direction', 'left'], "--direction: 'left'"),
+        (['--recovery', '--search', '--candidates', '3'], '--candidates: 3 is not accepted'),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(options, message, tmp_path):
+    done = CliRunner().invoke(app(), ['push', *options, '--out', str(tmp_path)])
+    assert isinstance(done.exception, KhrError)
+    assert str(done.exception).startswith(message)
+    assert not [*tmp_path.iterdir()]
