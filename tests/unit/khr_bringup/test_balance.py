@@ -2,12 +2,9 @@
 
 from math import isnan, sqrt
 
-import numpy as np
 import pytest
 
-from khr_bringup.balance import BalanceModel, balance_of
-from khr_bringup.recorded.run_signals import run_with_series
-from khr_bringup.scenario.scenario import load_scenario
+from khr_bringup.balance import BalanceModel
 from khr_common.interfaces import JOINTS
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
@@ -59,12 +56,3 @@ def test_the_capture_point_runs_ahead_of_a_moving_robot():
 
 def test_in_the_air_there_are_no_margins():
     assert all(map(isnan, at(forces=(0.0,) * 4).margins))
-
-
-def test_a_standing_robot_has_its_weight_between_heel_and_toe():
-    scenario = load_scenario('stand_0deg').changed({('simulator', 'duration'): 0.6})
-    _, series = run_with_series(scenario)
-    found = balance_of(series, ROBOT, scenario.table(RunParameters))
-    for each in (found.center, found.capture, found.pressure):
-        assert ((found.heel < each) & (each < found.toe))[10:].all()
-    assert np.isfinite(found.toe[10:]).all()

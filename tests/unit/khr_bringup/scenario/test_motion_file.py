@@ -18,8 +18,9 @@ def played(scenario, file):
     return scenario.set_to(write_motion(scenario.table(GaitParameters), file))
 
 
-@pytest.mark.parametrize('ending', ['csv', 'yaml'])
-@pytest.mark.parametrize('name', ['walk_7.68deg_ka12', 'lift_8.88deg_ka14'])
+@pytest.mark.parametrize(
+    ('name', 'ending'), [('walk_7.68deg_ka12', 'csv'), ('lift_8.88deg_ka14', 'yaml')]
+)
 def test_the_own_motion_from_a_file_has_the_same_angles_bit_for_bit(name, ending, tmp_path):
     scenario = load_scenario(name)
     copy = played(scenario, tmp_path / f'motion.{ending}')
@@ -29,13 +30,6 @@ def test_the_own_motion_from_a_file_has_the_same_angles_bit_for_bit(name, ending
     assert [own.reference(0.015 * n) for n in steps] == [
         built_in.reference(0.015 * n) for n in steps
     ]
-
-
-@pytest.mark.slow
-def test_the_walk_from_a_file_has_the_trajectory_of_the_walk(tmp_path):
-    scenario = load_scenario('walk_0deg').set_to(['gait.cycles=1', MUJOCO])
-    copy = played(scenario, tmp_path / 'walk.csv')
-    assert run_offline(copy).trajectory_hash == run_offline(scenario).trajectory_hash
 
 
 @pytest.mark.slow
@@ -66,7 +60,7 @@ def test_another_file_replaces_the_frames(tmp_path):
         assert gait_of(scenario.table(GaitParameters)).duration == end + 2.0
 
 
-@pytest.mark.parametrize(('end', 'cyclic'), [(1.5, True), (0.2, False), (30.0, False)])
+@pytest.mark.parametrize(('end', 'cyclic'), [(1.5, True), (30.0, False)])
 def test_the_repeated_part_is_the_cycle_of_the_gait_and_the_window_of_the_spectrum(
     end, cyclic, tmp_path
 ):

@@ -1,10 +1,9 @@
 """Scenario files: those shipped are sound, and a mistake is one line with what is accepted."""
 
-import numpy as np
 import pytest
 import yaml
 
-from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_analysis.spectrum import FftAnalyserParameters
 from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
@@ -58,14 +57,6 @@ def test_whole_scenario_reads_back_the_same():
     assert again.title == scenario.title
 
 
-def test_keys_without_a_namespace_are_read_too():
-    scenario = scenarios.load_scenario('walk_0deg')
-    text = scenario.to_yaml()
-    assert text.count('/**/') == len(scenario.nodes)
-    again = scenarios.parse(text.replace('/**/', ''), 'again.yaml', scenario.name)
-    assert again.to_yaml() == scenario.to_yaml()
-
-
 def test_defaults_file_holds_the_defaults_of_the_tables():
     document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
     assert set(document) == {f'/**/{node}' for node in registry()}
@@ -81,12 +72,7 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
         ('gait:\n  ros__parameters:\n    stroll: walk\n', ['gait', 'stroll', 'motion']),
         ('gait:\n  ros__parameters:\n    motion: run\n', ['motion', "'run'", 'walk']),
         ('simulator:\n  ros__parameters:\n    inclination_deg: 7\n', ['inclination_deg', '7.0']),
-        (
-            'simulator:\n  ros__parameters:\n    control_period: 0.012\n',
-            ['control_period', '0.015'],
-        ),
         ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
-        ('gait: {}\n', ['gait', 'ros__parameters']),
         ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
         (
             '/**:\n  ros__parameters:\n    hip_hight: 1\n',
@@ -98,10 +84,10 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
                 'accepted: a parameter of',
             ],
         ),
-        ('a:\n  gait:\n    motion: walk\n', ['a/gait', 'ros__parameters']),
         ('walk\n', ['parameter file']),
         ('gait: [\n', ['line 2', 'YAML']),
         (GOOD + GOOD, ['line 4', "'gait' is given twice"]),
+        (GOOD + '/**/' + GOOD, ['gait: given twice']),
     ],
 )
 def test_mistakes_are_named(tmp_path, text, says):
@@ -122,12 +108,10 @@ OF_888 = ' or '.join(f'walk_8.88deg_{of}' for of in ('ka12', 'ka12_rubber', 'ka1
 @pytest.mark.parametrize(
     ('name', 'near'),
     [
-        ('walk_8deg', OF_888),
         ('walk_8.88', OF_888),
         ('config/scenarios/walk_9.7deg_ka18_x.yaml', 'walk_9.7deg_ka18'),
         ('wlak_3deg', 'walk_3deg'),
         ('', None),
-        ('nowhere', None),
         ('x' * 10_000, None),
     ],
 )
@@ -144,7 +128,6 @@ def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
     [
         ('ankle_controller.gain', 'node.parameter=value'),
         ('ankle_controller.gian=3', 'gian'),
-        ('ankle.gain=3', 'ankle'),
         ('ankle_controller.gain=-3', '-3.0'),
         ('ankle_controller.gain={', 'YAML'),
     ],
@@ -153,13 +136,6 @@ def test_changes_are_checked(text, says):
     with pytest.raises(KhrError) as refusal:
         scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
     assert says in str(refusal.value)
-
-
-def test_change_takes_an_integer_for_a_float():
-    changed = scenarios.load_scenario('walk_0deg').changed(
-        scenarios.changes_of(['ankle_controller.gain=18'])
-    )
-    assert changed.table(AnkleControllerParameters).gain == 18.0
 
 
 def test_what_was_set_stands_in_the_title_and_reads_back():
@@ -176,25 +152,16 @@ def test_what_was_set_stands_in_the_title_and_reads_back():
     assert scenarios.parse(many.to_yaml(), 'again.yaml', 'again').title == many.title
 
 
-def test_all_nodes_share_the_control_period():
-    changed = scenarios.load_scenario('walk_0deg').changed(
-        scenarios.changes_of(['simulator.control_period=0.02'])
+def test_all_nodes_share_control_period_and_seed_unless_one_has_its_own():
+    changed = scenarios.load_scenario('walk_0deg').set_to(
+        ['simulator.control_period=0.02', 'simulator.seed=7', 'gyro.seed=3']
     )
-    again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
-    for scenario in (changed, again):
+    tables = {name: table_of(name) for name in registry()}
+    for scenario in (changed, scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')):
         for node in ('simulator', 'gyro', 'foot_force', 'fft_analyser', 'monitor'):
-            assert scenario.table(table_of(node)).control_period == 0.02
-
-
-def test_all_nodes_share_the_seed_unless_one_has_its_own():
-    scenario = scenarios.load_scenario('walk_0deg').changed(
-        scenarios.changes_of(['simulator.seed=7'])
-    )
-    seeded = [name for name in registry() if 'seed' in specifications(table_of(name))]
-    assert {'simulator', 'gyro', 'foot_force'} <= set(seeded)
-    assert {scenario.table(table_of(node)).seed for node in seeded} == {7}
-    own = scenario.changed(scenarios.changes_of(['gyro.seed=3']))
-    assert own.table(table_of('gyro')).seed == 3
+            assert scenario.table(tables[node]).control_period == 0.02
+        for node in (name for name, table in tables.items() if 'seed' in specifications(table)):
+            assert scenario.table(tables[node]).seed == (3 if node == 'gyro' else 7)
 
 
 @pytest.mark.parametrize(('inclination_deg', 'start'), [(0.0, 2.0), (7.6, 5.8), (-3.0, 3.5)])
@@ -209,24 +176,13 @@ def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start
     assert on_the_slope.table(table_of('gait')).start_delay == table_of('gait')().start_delay
 
 
-@pytest.mark.parametrize('period', [2.1, 2.4, 3.0])
-def test_the_spectrum_follows_the_period_of_the_gait(period):
-    """In a window of one cycle a gait of even lines has no odd ones."""
-    walk = scenarios.load_scenario('walk_0deg').changed({('gait', 'cycle_period'): period})
-    analyser = walk.table(FftAnalyserParameters)
-    assert analyser.window_length == period
-    time = np.arange(analyser.size) * analyser.control_period
-    found = spectrum(sum(np.cos(2 * np.pi * n * time / period) for n in (2, 4, 6)), analyser)
-    assert found.amplitude[1:9:2].max() < 0.01
-    assert [peak.label for peak in found.peaks if peak.label == 'f_0'] == ['f_0']
+def test_the_spectrum_follows_the_period_of_the_gait():
+    walk = scenarios.load_scenario('walk_0deg').changed({('gait', 'cycle_period'): 2.4})
+    assert walk.table(FftAnalyserParameters).window_length == 2.4
     for controller in ('ankle_controller', 'hip_controller'):
-        assert walk.table(table_of(controller)).reference_frequency == 4.0 / period
+        assert walk.table(table_of(controller)).reference_frequency == 4.0 / 2.4
     own = walk.changed({('fft_analyser', 'window_length'): 4.8})
     assert own.table(FftAnalyserParameters).window_length == 4.8
-    assert (
-        scenarios.load_scenario('walk_0deg').table(FftAnalyserParameters)
-        == FftAnalyserParameters()
-    )
 
 
 def test_nodes_of_a_run_are_those_that_it_needs():
@@ -258,12 +214,6 @@ def test_integers_in_a_list_of_floats_are_floats():
     text = 'simulator: {ros__parameters: {push_point: [0, 0.5, 1e-1]}}'
     point = scenarios.parse(text, 'mine.yaml', 'mine').of('simulator')['push_point']
     assert point == [0.0, 0.5, 0.1] and {*map(type, point)} == {float}
-
-
-def test_a_node_is_described_once():
-    text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
-    with pytest.raises(KhrError, match=r'mine\.yaml: gait: given twice'):
-        scenarios.parse(text, 'mine.yaml', 'mine')
 
 
 @pytest.mark.parametrize('path', PUSHED, ids=lambda path: path.stem)
