@@ -7,7 +7,7 @@ import pytest
 
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.node import KhrNode
-from khr_common.stamps import SYSTEM_TIME, TimeJumpError
+from khr_common.stamps import SYSTEM_TIME
 
 
 class Block:
@@ -53,13 +53,6 @@ def test_a_topic_that_is_newly_needed_and_lags_leaves_no_gap(node):
     for stamp in (15, 30, 45):
         node._on_numbers('force', stamp, (0.0,))
     assert node._block.answered == [0, 15, 30, 45]
-
-
-def test_a_topic_that_goes_back_in_time_is_refused(node):
-    for stamp in (0, 15):
-        node._on_numbers('rate', stamp, (0.0,))
-    with pytest.raises(TimeJumpError, match=r'time went back from 0\.000 s to 0\.000 s'):
-        node._on_numbers('rate', 0, (0.0,))
 
 
 def test_an_error_in_the_code_of_a_block_names_its_line(node, capsys):

@@ -77,46 +77,27 @@ def test_a_form_takes_as_many_numbers_as_it_has_blanks():
             form.filled(0, numbers)
 
 
-@given(stamps)
-def test_clock(stamp_ns):
-    assert cdr.clock(serialize_message(Clock(clock=to_stamp(stamp_ns)))) == stamp_ns
-
-
-@given(stamps, texts, three)
-def test_force(stamp_ns, frame, values):
-    message = stamped(WrenchStamped(), stamp_ns, frame)
-    message.wrench.force = Vector3(**dict(zip('xyz', values, strict=True)))
-    data = serialize_message(message)
-    assert cdr.clock(data) == stamp_ns == to_nanoseconds(message.header.stamp)
-    assert cdr.force(data) == values
-
-
-@given(stamps, texts, three)
-def test_angular_velocity(stamp_ns, frame, values):
-    message = stamped(Imu(), stamp_ns, frame)
-    message.angular_velocity = Vector3(**dict(zip('xyz', values, strict=True)))
-    assert cdr.angular_velocity(serialize_message(message)) == values
-
-
-@given(stamps, texts, texts, seven)
-def test_pose(stamp_ns, frame, child, values):
-    message = stamped(Odometry(child_frame_id=child), stamp_ns, frame)
-    message.pose.pose = pose(values)
-    assert cdr.pose(serialize_message(message)) == values
-
-
-@given(stamps, texts, st.lists(seven, max_size=4))
-def test_poses(stamp_ns, frame, values):
-    message = stamped(PoseArray(poses=[pose(each) for each in values]), stamp_ns, frame)
-    assert cdr.poses(serialize_message(message)) == tuple(chain.from_iterable(values))
-
-
-@given(stamps, texts, st.lists(texts, max_size=5), st.lists(floats, max_size=5), st.lists(floats))
-def test_joint_positions(stamp_ns, frame, names, positions, velocities):
-    message = stamped(
-        JointState(name=names, position=positions, velocity=velocities), stamp_ns, frame
-    )
-    assert cdr.joint_positions(serialize_message(message)) == (tuple(names), tuple(positions))
+@given(stamps, texts, three, st.lists(seven, min_size=1, max_size=4), st.lists(floats))
+def test_numbers_are_read_as_ros_itself_has_written_them(stamp_ns, text, few, poses, others):
+    vector = Vector3(**dict(zip('xyz', few, strict=True)))
+    wrench = stamped(WrenchStamped(), stamp_ns, text)
+    wrench.wrench.force = vector
+    imu = stamped(Imu(angular_velocity=vector), stamp_ns, text)
+    odometry = stamped(Odometry(child_frame_id=text[::-1]), stamp_ns, text)
+    odometry.pose.pose = pose(poses[0])
+    array = stamped(PoseArray(poses=[pose(each) for each in poses]), stamp_ns, text)
+    names, positions = (text, *'abcd')[: len(poses)], others[:5]
+    joints = stamped(JointState(name=names, position=positions, velocity=others), stamp_ns, text)
+    for read, message, expected in (
+        (cdr.clock, Clock(clock=to_stamp(stamp_ns)), stamp_ns),
+        (cdr.clock, wrench, to_nanoseconds(wrench.header.stamp)),
+        (cdr.force, wrench, few),
+        (cdr.angular_velocity, imu, few),
+        (cdr.pose, odometry, poses[0]),
+        (cdr.poses, array, tuple(chain.from_iterable(poses))),
+        (cdr.joint_positions, joints, (names, tuple(positions))),
+    ):
+        assert read(serialize_message(message)) == expected
 
 
 @given(stamps, texts, st.lists(texts, min_size=1, max_size=5).flatmap(st.permutations), floats)

@@ -19,24 +19,27 @@ class Table:
     point: tuple[float, ...] = parameter((0.0, 0.0, 0.1), 'A point.', 'm', length=3)
 
 
-@given(st.floats(0.0, 60.0))
-def test_accepts_its_range(value):
-    assert build(Table, {'gain': value}).gain == value
-
-
-@given(st.floats().filter(lambda x: not 0.0 <= x <= 60.0))
-def test_refuses_all_outside_its_range(value):
+@given(st.floats() | st.floats(0.0, 60.0))
+def test_a_number_within_its_range_is_accepted_and_others_are_refused(value):
+    if 0.0 <= value <= 60.0:
+        assert build(Table, {'gain': value}).gain == value
+        return
     with pytest.raises(ParameterError) as refusal:
         check(Table, 'gain', value)
     assert str(refusal.value).count('\n') == 0
     assert '[0, 60] board' in str(refusal.value)
 
 
+def test_defaults_are_accepted_and_lists_become_tuples():
+    defaults = {name: each.default for name, each in specifications(Table).items()}
+    assert defaults['point'] == [0.0, 0.0, 0.1]
+    assert build(Table, defaults) == Table()
+
+
 @pytest.mark.parametrize(
     ('name', 'value', 'says'),
     [
         ('gain', 12, 'write 12.0'),
-        ('gain', math.nan, 'nan'),
         ('gain', '12', "'12'"),
         ('count', 3.0, 'integer'),
         ('count', True, 'integer'),
@@ -53,18 +56,3 @@ def test_refusal_names_parameter_value_and_what_is_accepted(name, value, says):
         check(Table, name, value)
     assert name in str(refusal.value)
     assert says in str(refusal.value)
-
-
-def test_defaults_are_accepted_by_their_own_table():
-    for name, specification in specifications(Table).items():
-        assert check(Table, name, specification.default) == specification.default
-    assert build(Table) == Table()
-
-
-def test_lists_become_tuples():
-    assert build(Table, {'point': [1.0, 2.0, 3.0]}).point == (1.0, 2.0, 3.0)
-
-
-def test_range_and_unit_can_be_stated_apart():
-    apart = parameter(12.0, 'A gain.', unit='board', minimum=0.0, maximum=60.0)
-    assert apart.metadata == Table.__dataclass_fields__['gain'].metadata

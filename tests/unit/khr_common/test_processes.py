@@ -15,7 +15,7 @@ CHILD = """
 import signal, sys, time
 from khr_common.processes import report_parents_end
 report_parents_end(lambda: sys.exit('closed'), last=0.5)
-{hangs}
+signal.signal(signal.SIGCONT, signal.SIG_IGN)  # as in a call that does not come back
 print('tied', flush=True)
 while True:
     time.sleep(60.0)
@@ -25,16 +25,13 @@ import os, subprocess, sys
 subprocess.Popen([sys.executable, '-c', sys.argv[1]], env=os.environ | {'KHR_PARENT': str(os.getpid())})
 input()
 """
-# As when the main thread is in a call that does not come back: the function is not called.
-HANGS = 'signal.signal(signal.SIGCONT, signal.SIG_IGN)'
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('hangs', 'says'), [('', 'closed'), (HANGS, '')], ids=['well', 'hangs'])
-def test_who_closes_what_it_writes_ends_after_its_parent(hangs, says):
+def test_a_child_that_hangs_while_it_closes_its_files_ends_after_its_parent():
     parent = subprocess.Popen(
-        [sys.executable, '-c', PARENT, CHILD.format(hangs=hangs)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, '-c', PARENT, CHILD],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert parent.stdout.readline() == 'tied\n'
     children = psutil.Process(parent.pid).children()
@@ -43,7 +40,7 @@ def test_who_closes_what_it_writes_ends_after_its_parent(hangs, says):
     for each in alive:
         each.kill()
     assert not alive
-    assert parent.communicate()[1].strip() == says
+    parent.communicate()
 
 
 def in_thread(action):

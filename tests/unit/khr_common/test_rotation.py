@@ -16,10 +16,13 @@ from khr_common.rotation import (
 )
 
 
-@pytest.mark.parametrize('seed', range(20))
+@pytest.mark.parametrize('seed', range(10))
 def test_agrees_with_scipy(seed):
     before, after = Rotation.random(2, random_state=seed)
-    assert matrix(before.as_quat()) == pytest.approx(before.as_matrix(), abs=1e-14)
+    wanted = pytest.approx(before.as_matrix(), abs=1e-14)
+    assert matrix(before.as_quat()) == wanted
+    assert matrix(quaternion(before.as_matrix())) == wanted
+    assert matrix(rotated(before.as_rotvec())) == wanted
     expected = (before.inv() * after).as_rotvec()
     assert turned(before.as_quat(), after.as_quat()) == pytest.approx(expected, abs=1e-13)
     assert turned(before.as_quat(), -after.as_quat()) == pytest.approx(expected, abs=1e-13)
@@ -34,15 +37,6 @@ def test_agrees_with_scipy(seed):
 @pytest.mark.parametrize('angle', [0.0, 1e-12, 1e-7, 0.3, 3.0])
 def test_keeps_small_angles(angle):
     assert turned(pitched(0.0), pitched(angle)) == pytest.approx((0.0, angle, 0.0), rel=1e-12)
-
-
-@pytest.mark.parametrize('seed', range(20))
-def test_quaternions_of_matrices_and_vectors_agree_with_scipy(seed):
-    rotation = Rotation.random(random_state=seed)
-    assert matrix(quaternion(rotation.as_matrix())) == pytest.approx(
-        rotation.as_matrix(), abs=1e-14
-    )
-    assert matrix(rotated(rotation.as_rotvec())) == pytest.approx(rotation.as_matrix(), abs=1e-14)
 
 
 @pytest.mark.parametrize('axis', range(3))

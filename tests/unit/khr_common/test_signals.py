@@ -10,13 +10,6 @@ TIMES = np.array([0.0, 1.0, 2.0, 3.0, 9.0, 10.0, 11.0])
 SEEDS, NAMES = st.integers(0, 2**40), st.text('abcdefgh_', min_size=1, max_size=12)
 
 
-@given(SEEDS, NAMES)
-def test_the_same_numbers_are_drawn_again(seed, name):
-    assert generator(seed, name).normal(size=4).tolist() == (
-        generator(seed, name).normal(size=4).tolist()
-    )
-
-
 @given(SEEDS, NAMES, SEEDS, NAMES)
 def test_another_seed_or_name_draws_otherwise(seed, name, other_seed, other_name):
     if (seed, name) != (other_seed, other_name):

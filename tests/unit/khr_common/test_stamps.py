@@ -25,13 +25,6 @@ def test_system_time_counts_from_its_first_stamp():
     assert system.since_start(30) == 30, 'a stamp that is no system time'
 
 
-def test_set_is_complete_only_with_every_name_of_one_stamp():
-    gathered = ExactTimeSynchronizer(('a', 'b'))
-    assert gathered.put('a', 0, 1) is None
-    assert gathered.put('b', 15, 2) is None, 'values of two stamps must not mix'
-    assert gathered.put('a', 15, 3) == {'a': 3, 'b': 2}
-
-
 def test_a_repeated_set_is_complete_again():
     gathered = ExactTimeSynchronizer(('a', 'b'))
     gathered.put('a', 0, 1)

@@ -14,20 +14,15 @@ BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
     ('text', 'says'),
     [
         (BOMB, 'aliases and anchors'),
-        ('a: &x 1', 'aliases and anchors'),
         ('[' * 1000, 'more than 20 deep'),
-        ('{a: ' * 1000, 'more than 20 deep'),
         ('- ' * 1000, 'more than 20 deep'),
         ('a: ' + '9' * 400, 'beyond 64 bits'),
         ('a: ' + '9' * 5000, 'not a number'),
         ('a: ' + '1:' * 20_000 + '1', 'beyond 64 bits'),
         ('a: 0b_', 'not a number'),
-        ('a: !!float x', 'the tag'),
-        ('a: !!bool maybe', 'the tag'),
         ('a: !!int ""', 'the tag'),
         ('a: !!python/object:os.system x', 'the tag'),
         ('[1, 2]: 3', 'a collection as a key'),
-        ('{{a: 1}: 2}', 'a collection as a key'),
         ('<<: {a: 1}', 'merge'),
         ('a: 1\na: 2', 'given twice'),
         ('a: \0', '#x0000'),
@@ -53,7 +48,6 @@ def test_dates_are_text():
     [
         ('gait: 1'.encode('utf-16'), 'byte 0 is not UTF-8'),
         (b'gait: \xff', 'byte 6 is not UTF-8'),
-        (b'\xff' * (LARGEST_FILE + 1), 'too large'),
         (b'#' * (LARGEST_FILE + 1), 'too large'),
     ],
 )
