@@ -5,7 +5,9 @@ import re
 import pytest
 import yaml
 
+from khr_analysis.referee import Decision
 from khr_bringup.launching import ARGUMENTS, check_names, prepare_bout, prepare_launch
+from khr_bringup.verdict import text_of
 from khr_common.errors import KhrError
 from tests.support.drivers import PENDULUM, install_example
 
@@ -52,6 +54,7 @@ def test_arguments_reach_the_nodes(tmp_path):
         ('duration', 'long', 'duration'),
         ('sync', 'often', 'lockstep | realtime'),
         ('record', 'maybe', 'true | false'),
+        ('driver_params', 'file.yaml', 'no executable of another package drives'),
     ],
 )
 def test_mistakes_are_one_line(tmp_path, name, value, says):
@@ -61,12 +64,9 @@ def test_mistakes_are_one_line(tmp_path, name, value, says):
     assert not (tmp_path / 'run').exists()
 
 
-def test_an_argument_that_is_nearly_one_is_refused():
+def test_an_argument_that_is_nearly_one_is_refused_and_another_named():
     with pytest.raises(KhrError, match=r'scenari: no such argument; did you mean scenario\?'):
         check_names([*ARGUMENTS, 'scenari'], ['scenari'])
-
-
-def test_an_argument_of_the_command_line_that_is_none_is_named():
     assert check_names([*ARGUMENTS, 'robot_name', 'colour'], ['scenario', 'colour']) == ['colour']
 
 
@@ -78,11 +78,6 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
     names = {name for _, name, _ in launch.nodes}
     assert 'run_phase' in names
     assert not names & {'simulator', 'gyro', 'foot_force'}
-
-
-def test_parameters_for_no_driver_are_refused(tmp_path):
-    with pytest.raises(KhrError, match='no executable of another package drives'):
-        prepare_launch({**DEFAULTS, 'driver_params': 'file.yaml', 'out': str(tmp_path)})
 
 
 def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
@@ -129,3 +124,8 @@ def test_a_mistake_in_a_bout_is_one_line_and_leaves_no_folder(tmp_path, name, va
     with pytest.raises(KhrError, match=re.escape(says)):
         prepare_bout({**BOUT, name: value, 'out': str(tmp_path / 'run')})
     assert not (tmp_path / 'run').exists()
+
+
+def test_a_draw_is_not_won():
+    assert text_of(Decision('draw', 'time limit', 30.0)) == 'draw, time limit, 30.00 s'
+    assert text_of(Decision('red', 'blue down', 0.24)) == 'won by red, blue down, 0.24 s'

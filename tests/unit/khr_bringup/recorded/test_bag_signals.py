@@ -1,17 +1,21 @@
 """The robots and signals that a bag gives, also where it is damaged or lacks some."""
 
+import struct
+import tracemalloc
 from contextlib import nullcontext
 from types import SimpleNamespace as Made
 
 import numpy as np
 import pytest
 
+from khr_analysis.recording import Recording
 from khr_bringup.recorded import bags
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
-from khr_bringup.recorded.bags import Samples
+from khr_bringup.recorded.bags import Samples, read_messages
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import (
     BOARD_CORRECTION,
+    GYRO,
     RECOVERY_STATE,
     TRUE_FORCES,
     TRUE_POSE,
@@ -126,3 +130,24 @@ def test_each_robot_is_named_once_and_red_first(spaces, robots, tmp_path, monkey
     monkeypatch.setattr(bags, 'existing_bag', lambda bag: bag)
     monkeypatch.setattr(bags, 'opened', lambda _: nullcontext(storage))
     assert bags.robots_in(tmp_path) == robots
+
+
+def test_the_samples_of_a_bag_take_the_room_of_their_numbers(tmp_path):
+    count = 20_000
+    recording = Recording(tmp_path / 'bag')
+    recording.add_topic('/imu/data_raw', GYRO.kind)
+    for number in range(count):
+        stamp = struct.pack('<iI', *divmod(number * 15_000_000, 10**9))
+        header = b'\0\1\0\0' + stamp + struct.pack('<I', 1) + b'\0' + bytes(7)
+        recording.write('/imu/data_raw', header + bytes(37 * 8), number * 15_000_000)
+    recording.close()
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        samples = read_messages(tmp_path / 'bag', [GYRO])[GYRO]
+        kept = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert len(samples) == count
+    assert next(iter(samples)) == (0, (0.0, 0.0, 0.0))
+    assert kept < 60 * count, 'a stamp and three numbers take 32 bytes; tuples took 250'

@@ -1,10 +1,12 @@
-"""The events of a run that charts mark."""
+"""The events of a run that charts mark, and parameter changes as nodes report them."""
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 
-from khr_bringup.changes import Change
+from khr_bringup.changes import Change, changes_in
 from khr_bringup.recorded.events import Event, events_of, received_push, timed_pushes
+from khr_common.nodes.messages import parameter_change, status
 
 TIMES = np.arange(0.0, 5.0, 0.5)
 PUSHES = [
@@ -28,3 +30,23 @@ def test_changes_pushes_stages_and_the_fall_come_in_their_order():
         Event(3.0, 'stage 2'),
         Event(4.0, 'fell'),
     ], 'the push after the end is left out'
+
+
+def test_changes_are_read_and_malformed_entries_skipped():
+    array = DiagnosticArray(
+        status=[
+            parameter_change('ankle_controller', 30_000_000, {'gain': 18.0, 'enabled': True}),
+            parameter_change('simulator', -1, {'push_point': [0.0, 0.1, 0.0]}),
+            parameter_change('nobody', 0, {'gain': 1.0}),
+            status('gyro: parameters', 'changed', {'after_ns': 'soon', 'noise': '0.1'}),
+            status('gyro: parameters', 'changed', {'after_ns': '0', 'noise': 'loud'}),
+            status('gyro', 'well', {'noise': '0.1'}),
+        ]
+    )
+    ankle = 'ankle_controller', 30_000_000
+    assert changes_in([array]) == [
+        Change(ankle[0], 'gain', 18.0, ankle[1]),
+        Change(ankle[0], 'enabled', True, ankle[1]),
+        Change('simulator', 'push_point', [0.0, 0.1, 0.0], -1),
+    ]
+    assert [change.time for change in changes_in([array])] == [0.03, 0.03, 0.0]
