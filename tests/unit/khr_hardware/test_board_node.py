@@ -36,14 +36,6 @@ def test_the_time_with_torque_is_limited_after_the_end(node, rig):
     assert node.failure == '10 s with torque' and set(rig.board.sent.values()) == {FREE}
 
 
-def test_a_low_battery_frees_the_robot_after_the_end(node, rig):
-    rig.board.robot.ad[0] = 380
-    for _ in range(40):
-        rig.board.cycle()
-        node._on_period()
-    assert 'battery' in node.failure and node.driver.state == 'fault'
-
-
 @pytest.mark.parametrize(('waited', 'fresh'), [(0.09, True), (0.11, False)])
 def test_an_answer_ages_with_the_wall_clock(node, waited, fresh):
     """However few periods have passed."""

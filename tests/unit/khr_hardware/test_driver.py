@@ -1,5 +1,6 @@
 """The driver of the real robot: when it moves, how fast, and what it does when something fails."""
 
+from itertools import pairwise
 from math import nan, radians
 
 import pytest
@@ -53,6 +54,25 @@ def test_a_missing_servo_or_another_trim_is_named_and_nothing_is_written(address
     assert rig.driver.state == 'disconnected' and rig.board.config.program
 
 
+def ramp(rig, reference=STANCE, later=30.0):
+    """Ramp to a reference, with another speed set on the way.
+
+    Returns:
+        The targets of each period, and the largest step of a joint.
+    """
+    rig.driver.start()
+    rig.board.cycle()
+    targets = [rig.targets]
+    while rig.driver.state == 'ramping':
+        rig.period(reference)
+        targets.append(rig.targets)
+        if len(targets) == 20:
+            rig.driver.parameters = rig.parameters(ramp_speed_deg_s=later)
+    return targets, max(
+        abs(a - b) for pair in pairwise(targets) for a, b in zip(*pair, strict=True)
+    )
+
+
 @settings(max_examples=6)
 @given(
     st.lists(st.floats(0, 1), min_size=17, max_size=17),
@@ -60,7 +80,6 @@ def test_a_missing_servo_or_another_trim_is_named_and_nothing_is_written(address
     st.sampled_from([5.0, 60.0]),
 )
 def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed, later):
-    """Also if another speed is set on the way."""
     low, high = ([radians(90) * (servo.limits[i] > 0) - radians(90) * (servo.limits[i] < 0)
                   for servo in MAP.servos.values()] for i in (0, 1))  # fmt: skip
     goal = [
@@ -68,18 +87,10 @@ def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed, l
         for a, b, share, servo in zip(low, high, shares, MAP.servos.values(), strict=True)
     ]
     rig = Rig(ramp_speed_deg_s=speed, torque_time=3600.0).connect()
-    rig.driver.start()
-    rig.board.cycle()
-    assert rig.targets == [0.0] * 17
-    before, fastest = rig.targets, 0.0
-    while rig.driver.state == 'ramping':
-        rig.period(goal)
-        if rig.board.robot.cycles == 20:
-            rig.driver.parameters = rig.parameters(ramp_speed_deg_s=later)
-        fastest = max(fastest, *(abs(a - b) for a, b in zip(rig.targets, before, strict=True)))
-        before = rig.targets
+    targets, fastest = ramp(rig, goal, later)
+    assert targets[0] == [0.0] * 17
     assert fastest <= radians(speed) * PERIOD + 1.01 * COUNT
-    assert rig.targets == pytest.approx(goal, abs=0.51 * COUNT)
+    assert targets[-1] == pytest.approx(goal, abs=0.51 * COUNT)
 
 
 def test_it_starts_only_from_within_its_limits_and_with_a_battery():
@@ -105,16 +116,9 @@ def test_a_joint_beyond_its_limit_returns_no_faster_than_the_others():
     knee, start = JOINTS.index('l_knee'), -round(4.9 / COUNT_DEG)
     rig.board.robot.positions[16] = 7500 - 1780 + start
     rig.board.sample()
-    rig.driver.connect()
-    rig.driver.start()
-    rig.board.cycle()
-    assert rig.targets[knee] == pytest.approx(start * COUNT)
-    before, fastest = rig.targets, 0.0
-    while rig.driver.state == 'ramping':
-        rig.period()
-        fastest = max(fastest, *(abs(a - b) for a, b in zip(rig.targets, before, strict=True)))
-        assert rig.targets[knee] >= before[knee]
-        before = rig.targets
+    targets, fastest = ramp(rig.connect())
+    returned = [each[knee] for each in targets]
+    assert returned[0] == pytest.approx(start * COUNT) and returned == sorted(returned)
     assert fastest <= radians(30.0) * PERIOD + 1.01 * COUNT
     rig.periods(51, [0.0] * knee + [radians(-4.0)] + [0.0] * (16 - knee))
     assert rig.targets[knee] == 0.0, 'once within its limit, it stays there'

@@ -1,14 +1,10 @@
 """The whole page without a browser: what is drawn and what its controls do."""
 
-import asyncio
 from itertools import product
-from time import monotonic
 from types import SimpleNamespace
 
-import msgspec
 import numpy as np
 import pytest
-from viser._messages import GuiUpdateMessage
 
 from khr_common.interfaces import GYRO, JOINT_STATES, JOINTS
 from khr_description.robot import Robot
@@ -19,9 +15,8 @@ from khr_view.charts.traces import Traces
 from khr_view.guard import listen
 from khr_view.model.scene import SnapshotBuilder
 from khr_view.page.display import VIEWS, Display
-from khr_view.page.panels import LivePanel, PlaybackPanel
-from khr_view.playback import SIDE, Player
-from tests.support.browser import connected
+from khr_view.page.panels import LivePanel
+from khr_view.playback import SIDE
 
 PERIOD = 15_000_000
 
@@ -68,24 +63,6 @@ def test_only_what_runs_or_is_paused_and_a_driver_offers_can_be_halted(panel):
         panel.show_offers(False, False)
         assert button(panel, 'pause') == ('No pause: the driver has none', False)
         assert button(panel, 'push') == ('No push: the driver takes none', False)
-
-
-def test_a_time_that_a_reader_chooses_is_not_lost_while_the_page_shows_others(display):
-    player = Player(end=10.0, period=0.5)
-    panel = PlaybackPanel(display.server, display.later, player, [])
-    panel.show(player)
-    loop = display.server.get_event_loop()
-    with connected(display.server.get_port()) as connection:
-        for time in (7.0, 3.0, 9.5, 0.5) * 5:
-            update = GuiUpdateMessage(panel._time._impl.uuid, {'value': time})
-            connection.send(msgspec.msgpack.encode(update.as_serializable_dict([])))
-            patience = monotonic() + 20.0
-            while abs(player.now - time) > 0.2:  # it plays on
-                assert monotonic() < patience, f'{time} s was lost'
-                player.advance(1e-7)
-                display.act()
-                panel.show(player)
-                asyncio.run_coroutine_threadsafe(asyncio.sleep(0.0), loop).result()
 
 
 def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):

@@ -1,13 +1,17 @@
-"""Options of verbs that go together or come from an API function, and repeated bouts."""
+"""Options of verbs that come from an API function, repeated bouts, and what a verb imports."""
 
 import inspect
+import json
 import shlex
+import subprocess
+import sys
 from contextlib import nullcontext
 from types import SimpleNamespace as Made
 
 import pytest
 
 from khr import searches
+from khr.cli.app import PANELS
 from khr.cli.options_of import options_of
 from khr.cli.verbs import bouts as verb
 from khr.cli.verbs.recordings import _export_motion
@@ -75,3 +79,38 @@ def test_flags_and_settings_are_arguments_of_the_function():
     assert searches.condition_of('walk', 12.0, 0.0, 'rubber', False, {'simulator.friction': 0.3}, 'mujoco').changes == (
         (('simulator', 'friction'), 0.3), (('simulator', 'engine'), 'mujoco'),
     )  # fmt: skip
+
+
+SCRIPT = """
+import json, sys
+from khr.cli.app import app
+for verb in sys.argv[1:]:
+    app(verb)
+print(json.dumps([*sys.modules]))
+"""
+HEAVY = {
+    'numpy',
+    'scipy',
+    'pyarrow',
+    'rosbags',
+    'khr_bringup.scenario.scenario',
+    'khr_sim.physics',
+}
+
+
+def imported(*verbs):
+    """Return what some verbs import: a small one ends sooner than the simulator is imported."""
+    command = [sys.executable, '-c', SCRIPT, *verbs]
+    return set(json.loads(subprocess.run(command, check=True, capture_output=True).stdout))
+
+
+def test_only_the_module_of_the_verb_is_imported_and_no_arrays_for_a_running_graph():
+    live = imported(*PANELS['While it runs'])
+    assert not live & HEAVY
+    verbs = [each for each in live if each.startswith('khr.cli.verbs.')]
+    assert verbs == ['khr.cli.verbs.live']
+
+
+def test_a_run_from_python_imports_neither_gymnasium_nor_pandas():
+    code = 'import khr, sys; khr.run; print({"gymnasium", "pandas"} & sys.modules.keys())'
+    assert subprocess.check_output([sys.executable, '-c', code], text=True) == 'set()\n'

@@ -1,20 +1,15 @@
 """The state of a live run as its page knows it, and the attempts before it."""
 
-from types import SimpleNamespace as Made
-from unittest.mock import Mock
-
 import numpy as np
 import pytest
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.recorded.events import Event
 from khr_common.interfaces import GYRO
-from khr_common.stamps import SYSTEM_TIME, RunTime
 from khr_view.charts.charts import charts
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, tunables
 from khr_view.model.live_run import MOST, SILENCE, Attempts, LiveRun
-from khr_view.nodes.seen_robot import SeenRobot
 
 BY_KEY = {each.key: each for each in (*tunables(), *WATCHED)}
 (RATE,) = (each for each in charts() if each.title == 'Pitch rate')
@@ -93,12 +88,3 @@ def test_the_ghost_is_the_attempt_before_until_the_reader_chooses_another():
     for _ in range(MOST):
         attempts.add(run(), traces(0.4))
     assert not attempts.ghost and [each.number for each in attempts.kept] == [*range(4, 4 + MOST)]
-
-
-def test_the_page_shows_the_time_of_the_run():
-    seen = object.__new__(SeenRobot)
-    samples = [(GYRO, SYSTEM_TIME + stamp * 10**9, (0.0, 0.0, 0.0)) for stamp in (1, 3)]
-    seen._samples, seen._time = Made(take=lambda: samples), RunTime()
-    seen.run, seen.traces = Made(now=0.0, status=Made()), Traces()
-    seen.scene = Mock(signals={}, take=lambda *_: None)
-    assert seen.look() and seen.run.now == 2.0
