@@ -51,14 +51,7 @@ def test_a_paragraph_s_marks_are_rendered_and_documents_are_named_not_linked():
 
 
 @pytest.mark.parametrize(
-    ('seconds', 'text'),
-    [
-        (12.4, '12 s'),
-        (89.0, '89 s'),
-        (150.0, '2 min'),
-        (3600.0, '60 min'),
-        (2 * 3600.0 + 300.0, '2 h 5 min'),
-    ],
+    ('seconds', 'text'), [(89.0, '89 s'), (150.0, '2 min'), (2 * 3600.0 + 300.0, '2 h 5 min')]
 )
 def test_durations(seconds, text):
     assert duration(seconds) == text
