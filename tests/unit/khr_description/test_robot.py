@@ -91,6 +91,7 @@ def test_nothing_is_wrong_with_it():
         ('<robot>', 'well-formed'),
         (ROBOT.urdf.replace('"l_knee"', '"left_knee"'), 'l_knee'),
         (ROBOT.urdf.replace('<mass value="0.0149"/>', ''), 'head'),
+        (ROBOT.urdf.replace(' ixy="', ' iyx="', 1), 'ixy missing'),
         (ROBOT.urdf.replace('ixy="', 'ixy="x', 1), 'could not convert'),
     ],
 )

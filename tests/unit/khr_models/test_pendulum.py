@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.special import ellipk
 
 from khr_common.errors import KhrError
 from khr_models.pendulum import (
-    GRAVITY,
     Pendulum,
     critical_inclination,
     energy,
@@ -109,17 +107,6 @@ def test_energy_is_conserved_without_a_foot(pendulum, lean, inclination, rate):
         total = energy(pendulum, motion, inclination=inclination, form=form)
         scale = pendulum.gravity_moment + 0.5 * pendulum.inertia * rate**2
         assert np.ptp(total) <= 1e-9 * scale
-
-
-def test_small_swings_are_harmonic_and_large_ones_have_the_elliptic_period():
-    pendulum = Pendulum()
-    angular = math.sqrt(GRAVITY / pendulum.length)
-    small = simulate(pendulum, initial_lean=1e-4, form='published')
-    assert np.allclose(small.lean, 1e-4 * np.cos(angular * small.time), atol=1e-11)
-    large = simulate(pendulum, initial_lean=1.2, form='published')
-    period = 4.0 / angular * ellipk(math.sin(0.6) ** 2)
-    peaks = large.time[1:-1][(np.diff(large.lean)[:-1] > 0) & (np.diff(large.lean)[1:] <= 0)]
-    assert peaks[0] == pytest.approx(period, abs=1e-3)
 
 
 def test_simulation_agrees_with_another_integrator_under_a_foot_that_reacts():

@@ -68,17 +68,6 @@ def test_update_is_the_matrix_exponential_of_the_averaged_equations(circuit, per
         assert baseband.update(rate) == pytest.approx(state[4], rel=1e-6, abs=1e-6)
 
 
-def test_its_frequency_response_is_the_circuit_s_when_sampled_fast():
-    period, frequency = 1e-5, 50.0
-    baseband = Baseband(period)
-    ends = np.arange(1, 10001) * period
-    mean = np.cos(math.tau * frequency * (ends - period / 2.0))
-    output = np.array([baseband.update(rate) for rate in mean])
-    turn = np.exp(1j * math.tau * frequency * ends[4000:])
-    measured = 2.0 * np.mean(output[4000:] / turn)
-    assert measured == pytest.approx(KRG4.response(frequency), abs=1e-4)
-
-
 def test_a_changed_bandwidth_keeps_the_state():
     baseband = Baseband(PERIOD)
     for _ in range(100):

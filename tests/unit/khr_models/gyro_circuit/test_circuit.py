@@ -112,24 +112,6 @@ def test_unforced_motion_is_the_closed_form(resonator, x, v):
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-16)
 
 
-@given(resonators, st.floats(0.1, 3.0), st.floats(0.0, math.tau))
-def test_a_tone_settles_to_gain_and_phase_of_the_response(resonator, detuning, phase):
-    tone = detuning * resonator.natural_frequency
-    step = steps(resonator, 9.0)
-    count = 200 + math.ceil(30.0 / (-resonator.pole.real * step))
-    t = np.arange(count) * step
-    moved, speed = move(resonator, 1e-7 * np.cos(tone * t + phase), step, tone)
-    answer = 1e-7 * resonator.response(1j * tone)
-    turn = np.exp(1j * (tone * t + phase))
-    last = slice(-100, None)
-    np.testing.assert_allclose(
-        moved[last], (answer * turn).real[last], rtol=0, atol=1e-9 * abs(answer)
-    )
-    np.testing.assert_allclose(
-        speed[last], (1j * tone * answer * turn).real[last], rtol=0, atol=1e-9 * abs(tone * answer)
-    )
-
-
 def test_modulated_force_from_rest_agrees_with_an_integrator():
     resonator = Resonator(1.678e-11, 5e-8, 0.2)
     tone, slow = 64588.0, 2.0 * math.pi * 300.0

@@ -29,6 +29,7 @@ def test_reads_a_scenario_line():
         ('t=1 duration=1 link=head frame=odom force=1,0,0 torque=1', 'torque=1'),
         ('t=1 duration=1 link=head frame=odom force=1,0', 'x,y,z'),
         ('t=one duration=1 link=head frame=odom force=1,0,0', "'one'"),
+        ('t=-1 duration=1 link=head frame=odom force=1,0,0', '-1'),
         ('t=1 duration=0 link=head frame=odom force=1,0,0', 'more than 0'),
         ('t=1 duration=1 link=head frame=odom force=inf,0,0', 'inf'),
         ('t=1 duration=1 link=head frame=base_link force=1,0,0', 'odom | head'),
