@@ -264,17 +264,6 @@ def test_refuses_what_is_not_finite(wrong):
         OutcomeMonitor(MonitorParameters()).update(0, Seen(**wrong).signals)
 
 
-def sensed(scenario):
-    """Return the outcome of a run by the truth and by the sensors."""
-    monitor, found = SensedMonitor(scenario.table(MonitorParameters)), []
-
-    def watch(truth, loop, _):
-        signals = {topic: loop.signals[topic] for topic in SENSED}
-        found.append(monitor.update(truth.stamp_ns, signals))
-
-    return run_offline(scenario, watch), found[-1]
-
-
 @pytest.mark.parametrize(
     ('enabled', 'verdicts'), [(True, ('walked', 'upright')), (False, ('fell', 'fell'))]
 )
@@ -287,8 +276,13 @@ def test_a_fall_is_sensed_and_a_walk_is_none(enabled, verdicts):
             ('simulator', 'engine'): 'mujoco',
         }
     )
-    result, outcome = sensed(scenario)
-    assert (result.verdict, outcome.verdict) == verdicts
+    monitor, found = SensedMonitor(scenario.table(MonitorParameters)), []
+
+    def watch(truth, loop, _):
+        signals = {topic: loop.signals[topic] for topic in SENSED}
+        found.append(monitor.update(truth.stamp_ns, signals).verdict)
+
+    assert (run_offline(scenario, watch).verdict, found[-1]) == verdicts
 
 
 def samples(rate, force, count):

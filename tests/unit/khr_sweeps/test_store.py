@@ -4,8 +4,6 @@ import multiprocessing
 import sqlite3
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from khr_common import KhrError, RunError
 from khr_sweeps.results import store as store_module
@@ -63,35 +61,6 @@ def test_a_reader_finds_the_whole_new_file_or_none(tmp_path, monkeypatch):
     assert [each.name for each in tmp_path.iterdir()] == ['results']
 
 
-@pytest.mark.slow
-@given(st.data())
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_a_damaged_file_is_refused_or_its_good_results_are_kept(content, tmp_path, capsys, data):
-    whole = content.read_bytes()
-    damaged = bytearray(whole)
-    if data.draw(st.booleans()):
-        damaged = damaged[: data.draw(st.integers(0, len(whole)))]
-    else:
-        for _ in range(data.draw(st.integers(1, 5))):
-            start = whole.find(b'result ')
-            at = data.draw(st.integers(0, len(whole) - 1) | st.integers(start - 200, start + 50))
-            damaged[at] = data.draw(st.integers(0, 255))
-    path = tmp_path / 'results'
-    path.write_bytes(damaged)
-    try:
-        with opened(path) as store:
-            kept = dict(store.values)
-            store.add(numbered(9))
-        assert dict(sorted(kept.items())).items() <= {f'run {n}': n for n in range(5)}.items()
-        capsys.readouterr()
-        with opened(path) as store:
-            assert store.values == kept | {'run 9': 9}
-        assert capsys.readouterr().err == '', 'a damaged result is reported once'
-    except KhrError as error:
-        assert str(path) in str(error) and '\n' not in str(error)
-        assert path.read_bytes() == bytes(damaged) or isinstance(error, RunError)
-
-
 def change(path, statement):
     database = sqlite3.connect(path)
     with database:
@@ -111,9 +80,14 @@ def test_a_changed_result_is_dropped_and_reported(tmp_path, content, capsys, sta
     path = tmp_path / 'results'
     path.write_bytes(content.read_bytes())
     change(path, statement)
-    for read in (lambda: read_store(path, number_of)[1], lambda: [*opened(path).values.values()]):
-        assert read() == [0, 1, 2, 4]
-        assert capsys.readouterr().err == f'khr: {path}: 1 damaged result dropped\n'
+    assert read_store(path, number_of)[1] == [0, 1, 2, 4]
+    with opened(path) as store:
+        assert [*store.values.values()] == [0, 1, 2, 4]
+        store.add(numbered(9))
+    assert capsys.readouterr().err == f'khr: {path}: 1 damaged result dropped\n' * 2
+    with opened(path) as store:
+        assert [*store.values.values()] == [0, 1, 2, 4, 9]
+    assert capsys.readouterr().err == '', 'a damaged result is reported once'
 
 
 @pytest.mark.parametrize(('key', 'value'), [('version', 'w'), ('seeds', None), ('more', 1)])

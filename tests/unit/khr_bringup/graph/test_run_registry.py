@@ -136,12 +136,9 @@ def test_an_entry_that_is_being_written_is_left_alone(tmp_path):
     'entry',
     [
         {'domain': 229, 'pid': os.getpid()},  # of a killed run
-        {'domain': 100},
         {'domain': '../x'},
         {'pid': 10**30},
-        {'since': 'now'},
         {'x': 1},
-        '{',
         '[' * 100_000,
     ],
     ids=lambda entry: str(entry)[:20],

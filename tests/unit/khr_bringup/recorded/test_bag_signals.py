@@ -24,6 +24,15 @@ from khr_common.interfaces import (
 )
 from khr_common.stamps import SYSTEM_TIME
 
+UPRIGHT = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0)
+SOLES = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0)
+STANDING = {
+    TRUE_RATE: (0.0, 0.1, 0.0),
+    TRUE_POSE: UPRIGHT,
+    TRUE_SOLES: SOLES,
+    **dict.fromkeys(TRUE_FORCES, (0.0, 0.0, 3.7)),
+}
+
 
 def recorded(signals):
     """Return the messages of a bag that holds these samples alone."""
@@ -66,18 +75,8 @@ def test_the_recovery_node_s_estimate_is_there_if_the_node_is():
 
 def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     times = [0, 15_000_000, 30_000_000]
-    upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
-    messages = {}
-    messages[TRUE_RATE] = [
-        (time, (0.0, np.nan, 0.0) if time == times[1] else rate) for time in times
-    ]
-    messages[TRUE_POSE] = [(time, upright) for time in times]
-    messages[TRUE_SOLES] = [
-        (time, (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0))
-        for time in times
-    ]
-    for topic in TRUE_FORCES:
-        messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
+    messages = {topic: [(time, numbers) for time in times] for topic, numbers in STANDING.items()}
+    messages[TRUE_RATE][1] = (times[1], (0.0, np.nan, 0.0))
     read = series_of(recorded(messages), Scenario('', {}))[0]
     np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
     np.testing.assert_array_equal(read.pitch, 0.0)
@@ -91,19 +90,12 @@ def test_the_time_of_a_driver_on_system_time_counts_from_its_first_stamp():
             ('ankle_controller', 'reference_offset'): -0.7,
         }
     )
-    half = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0)
-    sampled = {
-        TRUE_RATE: (0.0, 0.1, 0.0),
-        TRUE_POSE: (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0),
-        TRUE_SOLES: half + half,
-        **dict.fromkeys(TRUE_FORCES, (0.0, 0.0, 3.7)),
-    }
     found = [
         series_of(
             recorded(
                 {
                     topic: [(origin + 15_000_000 * n, numbers) for n in range(100)]
-                    for topic, numbers in sampled.items()
+                    for topic, numbers in STANDING.items()
                 }
             ),
             scenario,

@@ -7,7 +7,6 @@ import pytest
 
 from khr_bringup.balance import balance_of
 from khr_bringup.changes import Change
-from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import Series, constant_parts, run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
@@ -22,20 +21,12 @@ def standing():
     scenario = load_scenario('lift_3.8deg').set_to(
         ['simulator.duration=3.0', 'simulator.engine=mujoco']
     )
-    return scenario, *run_with_series(scenario)
-
-
-@pytest.mark.slow
-def test_looking_does_not_change_the_run(standing):
-    scenario, result, series = standing
-    assert result.trajectory_hash == run_offline(scenario).trajectory_hash
-    assert series.time[0] == 0.0
-    assert series.time[-1] == result.time
-    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
+    return run_with_series(scenario)[1]
 
 
 def test_signals_describe_what_the_robot_does(standing):
-    _, _, series = standing
+    series = standing
+    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
     assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
     assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)
     # The robot leans with the board, its joints give, and its rate is the slope of its pitch.
@@ -52,7 +43,7 @@ def test_signals_describe_what_the_robot_does(standing):
 
 
 def test_signals_survive_being_written(standing, tmp_path: Path):
-    _, _, series = standing
+    series = standing
     series.save(tmp_path / 'run.npz')
     read = Series.load(tmp_path / 'run.npz')
     np.testing.assert_allclose(read.contact_force, series.contact_force, rtol=1e-6, atol=1e-6)

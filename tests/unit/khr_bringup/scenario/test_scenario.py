@@ -7,15 +7,13 @@ from khr_analysis.spectrum import FftAnalyserParameters
 from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
-from khr_bringup.offline import duration, run_offline
+from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario, with_installed_engine
 from khr_common import KhrError, specifications
 from khr_sim.physics import engines
-from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 
-PUSHED = [path for path in scenarios.shipped() if 'push' in path.stem]
 GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
 
 
@@ -214,14 +212,6 @@ def test_integers_in_a_list_of_floats_are_floats():
     text = 'simulator: {ros__parameters: {push_point: [0, 0.5, 1e-1]}}'
     point = scenarios.parse(text, 'mine.yaml', 'mine').of('simulator')['push_point']
     assert point == [0.0, 0.5, 0.1] and {*map(type, point)} == {float}
-
-
-@pytest.mark.parametrize('path', PUSHED, ids=lambda path: path.stem)
-def test_a_push_ends_seconds_before_the_run(path):
-    scenario = scenarios.load_scenario(str(path))
-    pushes = [Push.parse(text) for text in scenario.table(RunParameters).pushes if text]
-    assert pushes
-    assert max(push.start + push.duration for push in pushes) + 2.0 < duration(scenario)
 
 
 def test_without_pybullet_mujoco_is_the_engine(monkeypatch, capsys):
