@@ -76,7 +76,7 @@ def read_blocks(file: str) -> list[ParameterBlock]:
     text = read_file(Path(file))
     try:
         return list(_blocks(file, '', yaml.load(text, _LOADER)))
-    except (yaml.YAMLError, ValueError, IndexError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, LookupError, AttributeError, RecursionError) as error:
         reason = getattr(error, 'problem', None) or type(error).__name__
         raise ParameterError(
             f'{file}: {named(reason)}; accepted: a ROS 2 parameter file'

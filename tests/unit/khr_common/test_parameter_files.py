@@ -86,7 +86,9 @@ def test_files_are_those_that_the_flag_names():
     assert files_in(arguments) == ['a', 'b']
 
 
-@pytest.mark.parametrize('text', ['a: [', 'a: 2001-99-99', 'a: !!python/name:os.system'])
+@pytest.mark.parametrize(
+    'text', ['a: [', 'a: 2001-99-99', 'a: !!bool b', 'a: !!timestamp b', 'a: !!python/name:os']
+)
 def test_what_is_no_parameter_file_is_one_line(tmp_path, text):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
