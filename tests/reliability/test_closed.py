@@ -5,26 +5,20 @@ import pytest
 from tests.reliability.strangers.other_machine import other_machine, spied, why_not
 from tests.support.runs import LONG, addresses, wait_until_running
 
-pytestmark = pytest.mark.slow
 REASON = why_not()
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(REASON), reason=REASON)]
 RUN = ('run', 'stand_0deg', *LONG, '--no-record')
 
 
-def test_nothing_of_a_run_of_processes_listens_beyond_the_loopback(in_background, tmp_path):
-    process = in_background(*RUN, '--processes', '--out', tmp_path / 'run')
-    wait_until_running(tmp_path / 'run')
-    assert addresses(process) == {'127.0.0.1'}
-
-
-@pytest.mark.skipif(bool(REASON), reason=REASON)
+@pytest.mark.nightly
 def test_another_machine_neither_sees_nor_changes_a_run(in_background, tmp_path):
     with other_machine() as machine:
-        in_background(*RUN, '--out', tmp_path / 'run')
+        process = in_background(*RUN, '--processes', '--out', tmp_path / 'run')
         domain = wait_until_running(tmp_path / 'run')
+        assert addresses(process) == {'127.0.0.1'}
         assert spied(machine, domain) == {'nodes': [], 'clocks': 0, 'changed': False}
 
 
-@pytest.mark.skipif(bool(REASON), reason=REASON)
 def test_another_machine_takes_part_if_it_is_asked_to(in_background, tmp_path):
     with other_machine() as machine:
         process = in_background(*RUN, '--network', '--out', tmp_path / 'run')

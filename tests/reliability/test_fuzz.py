@@ -8,28 +8,21 @@ import pytest
 from tests import ROOT
 
 
-def fuzz(count, program='files'):
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    ('what', 'count'),
+    [
+        ('files', 100),
+        pytest.param('files', 5000, marks=pytest.mark.nightly),
+        pytest.param('runs', 40, marks=pytest.mark.nightly),
+    ],
+)
+def test_mutants_are_refused_in_one_line(what, count):
     ended = subprocess.run(
-        [sys.executable, '-m', f'tests.reliability.mutated.{program}', str(count)],
+        [sys.executable, '-m', 'tests.reliability.mutated', what, str(count)],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
-
-
-def test_a_few_mutants_are_refused_in_one_line():
-    fuzz(100)
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(300)
-def test_a_few_damaged_runs_are_refused_in_one_line():
-    fuzz(8, 'runs')
-
-
-@pytest.mark.nightly
-@pytest.mark.timeout(600)
-def test_five_thousand_mutants_are_refused_in_one_line():
-    fuzz(5000)

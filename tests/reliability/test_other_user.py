@@ -68,6 +68,7 @@ def tries(folder, *words):
     return found
 
 
+@pytest.mark.nightly
 def test_what_another_user_changes_is_kept_and_repeated(in_background, tmp_path):
     """Each parameter of each node, pause and switch; and garbage wherever many may send."""
     folder = tmp_path / 'run'
@@ -102,6 +103,7 @@ def test_who_takes_part_ends_the_run_by_name(in_background, tmp_path):
     assert 'Traceback' not in ended.err
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize('topic', [CLOCK, JOINT_REFERENCE], ids=lambda topic: topic.name)
 def test_who_publishes_in_a_node_s_place_ends_the_run_by_name(in_background, tmp_path, topic):
     """With the identity of the run too, which whoever listens can read."""

@@ -64,7 +64,7 @@ def check_asks_for_a_certificate(port):
         pytest.fail(f'{port} said {secured.recv(1)}')
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(bool(REASON), reason=REASON)
 def test_workers_of_another_machine_compute_for_who_has_the_credentials(machine, tmp_path):
     name, tls = machine

@@ -5,16 +5,14 @@ import random
 import re
 import subprocess
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType
 
 import psutil
 
+from tests import ROOT
 from tests.support.runs import KHR, children
 
 SCENARIO = 'stand_0deg'
@@ -28,40 +26,64 @@ SECONDS = 3.0  # simulated, of the runs that are harmed
 
 @dataclass(frozen=True)
 class Case:
-    """One harm: of a kind, to somebody, at some time."""
+    """One harm: of a kind, to somebody, at some time; the number is that of a try, or a size."""
 
     kind: str
     mode: str = '--processes'
     victim: str = ''
     phase: str = ''
-    seed: int = 0
+    number: int = 0
 
     @property
-    def name(self) -> str:
-        """Return what tells the case from all others."""
-        return ' '.join(map(str, (self.kind, self.mode, self.victim, self.phase, self.seed)))
+    def name(self):
+        """What tells the case from all others."""
+        return ' '.join(map(str, (self.kind, self.mode, self.victim, self.phase, self.number)))
+
+    @property
+    def chance(self):
+        """Random numbers of its own, the same in every campaign."""
+        return random.Random(self.name)
+
+
+def command(*words, **options):
+    """Run a command in the repository, or in another folder; return how it ended."""
+    options = {'cwd': ROOT, 'timeout': 10 * LIMIT} | options
+    return subprocess.run(
+        [*map(str, words)], capture_output=True, text=True, check=False, **options
+    )
+
+
+def badly_ended(code, err, codes=frozenset({0})):
+    """Return what is wrong with the way a command ended."""
+    faults = [] if code in codes else [f'exit {code}: {err.strip()[-300:]}']
+    if 'Traceback' in err or 'terminate called' in err:
+        faults.append(f'a traceback: {err.strip().splitlines()[-1][:200]}')
+    return faults
+
+
+def left(processes):
+    """Return whether some of the processes go on, and end them."""
+    _, alive = psutil.wait_procs(processes, timeout=GONE)
+    for each in alive:
+        each.kill()
+    return [f'{len(alive)} processes left after {GONE:g} s'] if alive else []
 
 
 class Run:
     """A run that is being harmed, with all that must hold at its end."""
 
-    def __init__(
-        self,
-        folder: Path,
-        mode: str,
-        seconds: float = SECONDS,
-        *more: str,
-        env: Mapping[str, str] = MappingProxyType({}),
-    ) -> None:
-        self.folder, self.faults = folder, list[str]()
+    def __init__(self, folder, mode, seconds=SECONDS, *more, env=None):
+        self.folder, self.seen = folder, {}
         self.process = subprocess.Popen(
             [*KHR, 'run', SCENARIO, mode, '--duration', str(seconds), '--out', str(folder), *more],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-            env={**os.environ, 'COLUMNS': '1000', **env},
-        )  # fmt: skip
-        self.seen: dict[int, psutil.Process] = {}
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            env={**os.environ, 'COLUMNS': '1000', **(env or {})},
+        )
 
-    def look(self) -> dict[str, psutil.Process]:
+    def look(self):
         """Return the processes of the run by node, and remember them."""
         found = {}
         with suppress(psutil.Error):
@@ -69,26 +91,23 @@ class Run:
         self.seen |= {each.pid: each for each in found.values()}
         return found
 
-    def reach(self, phase: str, chance: random.Random, victim: str = '') -> None:
+    def reach(self, phase, chance, victim=''):
         """Wait for a phase of the run, and some random time in it."""
-        log = self.folder / 'log'
-        conditions = {
-            'start': lambda: victim in self.look() or (not victim and log.is_dir()),
-            'run': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
-            'end': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
-        }
         end = time.monotonic() + 60.0
-        while not conditions[phase]() and time.monotonic() < end and self.process.poll() is None:
-            self.look()
+        while time.monotonic() < end and self.process.poll() is None:
+            nodes = self.look()
+            if self._writes() if phase != 'start' else self._starts(nodes, victim):
+                break
             time.sleep(0.01)  # polls
-        self.look()
-        time.sleep(chance.uniform(*{'start': (0, 1), 'run': (0, 0.5), 'end': (0, 1.5)}[phase]))
+        time.sleep(chance.uniform(0.0, {'start': 1.0, 'run': 0.5, 'end': 1.5}[phase]))
 
-    def _simulating(self) -> bool:
-        bag = self.folder / 'bag'
-        return any(file.stat().st_size > 100_000 for file in bag.glob('*.mcap'))
+    def _starts(self, nodes, victim):
+        return victim in nodes if victim else (self.folder / 'log').is_dir()
 
-    def kill(self, name: str) -> bool:
+    def _writes(self):
+        return any(file.stat().st_size > 100_000 for file in self.folder.glob('bag/*.mcap'))
+
+    def kill(self, name):
         """Kill a process of the run; return whether it still lived."""
         with suppress(psutil.Error, KeyError):
             victim = self.look()[name]
@@ -97,50 +116,32 @@ class Run:
             return lived
         return False
 
-    def finish(self, codes: set[int], says: str = '') -> list[str]:
+    def finish(self, codes, says=''):
         """Wait for the end; return all that fell short of what must hold."""
+        faults = []
         try:
             out, err = self.process.communicate(timeout=LIMIT)
         except subprocess.TimeoutExpired:
             self.process.kill()
             out, err = self.process.communicate()
-            self.faults.append(f'did not end within {LIMIT:g} s')
-        self._left()
+            faults.append(f'did not end within {LIMIT:g} s')
         code = self.process.returncode
-        if code not in codes:
-            self.faults.append(f'exit {code}: {err.strip()[-300:]}')
+        faults += left(list(self.seen.values())) + badly_ended(code, err, codes)
+        for log in self.folder.glob('log/*.log'):
+            text = log.read_text(errors='replace')
+            faults += [f'{log.name}: {each}' for each in badly_ended(0, text)]
         if says and code == 1 and not re.search(says, err):
-            self.faults.append(f'does not say {says}: {err.strip()[-300:]}')
-        self._texts({'stderr': err, **self._logs()})
-        found = re.search(r'trajectory hash ([0-9a-f]{64})', out)
-        if code == 0 and (not found or found[1] != right_hash()):
-            self.faults.append('exit 0 with another trajectory')
-        return self.faults
-
-    def _left(self) -> None:
-        _, alive = psutil.wait_procs(list(self.seen.values()), timeout=GONE)
-        if alive:
-            self.faults.append(f'{len(alive)} processes left after {GONE:g} s')
-        for each in alive:
-            each.kill()
-
-    def _logs(self) -> dict[str, str]:
-        return {
-            path.name: path.read_text(errors='replace') for path in self.folder.glob('log/*.log')
-        }
-
-    def _texts(self, texts: dict[str, str]) -> None:
-        for name, text in texts.items():
-            if 'Traceback' in text or 'terminate called' in text:
-                self.faults.append(f'{name}: {text.strip().splitlines()[-1][:200]}')
+            faults.append(f'does not say {says}: {err.strip()[-300:]}')
+        if code == 0 and right_hash() not in out:
+            faults.append('exit 0 with another trajectory')
+        return faults
 
 
 @cache
-def right_hash() -> str:
+def right_hash():
     """Return the hash of the run that is harmed, from one that is not."""
     with TemporaryDirectory() as folder:
-        ended = subprocess.run(
-            [*KHR, 'run', SCENARIO, '--offline', '--duration', str(SECONDS), '--out', folder],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
+        ended = command(
+            *(*KHR, 'run', SCENARIO, '--offline', '--duration', SECONDS, '--out', folder)
+        )
     return ended.stdout.split()[-1]

@@ -1,6 +1,5 @@
 """Commands that compute for long are interrupted or killed, and results changed."""
 
-import random
 import shutil
 import signal
 import subprocess
@@ -13,7 +12,7 @@ from tempfile import TemporaryDirectory
 import psutil
 
 from khr_sweeps.results.folder import read_results
-from tests.reliability.harms.harmed_run import GONE, LIMIT, Case
+from tests.reliability.harms.harmed_run import LIMIT, badly_ended, command, left
 from tests.support.runs import KHR
 
 STUDIES = {
@@ -41,15 +40,19 @@ grid:
 LONG_SWEEP = SWEEP.replace('seeds: 4', 'seeds: 40')
 
 
-def study(case: Case, folder: Path) -> list[str]:
+def study(case, folder):
     """Interrupt or kill a command that computes for long: nothing goes on, and it can resume."""
-    command = [*KHR, *STUDIES[case.victim], '--out', str(folder / 'out')]
+    words = [*KHR, *STUDIES[case.victim], '--out', str(folder / 'out')]
     (folder / 'sweep.yaml').write_text(LONG_SWEEP)
     process = subprocess.Popen(
-        command, cwd=folder,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
-    time.sleep(random.Random(case.name).uniform(1.0, 20.0))  # when it is harmed
+        words,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(case.chance.uniform(1.0, 20.0))  # when it is harmed
     seen = []
     with suppress(psutil.Error):
         seen = psutil.Process(process.pid).children(recursive=True)
@@ -59,57 +62,44 @@ def study(case: Case, folder: Path) -> list[str]:
     except subprocess.TimeoutExpired:
         process.kill()
         return [f'did not end within {LIMIT:g} s']
-    _, alive = psutil.wait_procs(seen, timeout=GONE)
-    faults = [f'{len(alive)} processes left after {GONE:g} s'] if alive else []
-    for each in alive:
-        each.kill()
-    if process.returncode not in ENDS[case.phase]:
-        faults.append(f'exit {process.returncode}: {err.strip()[-300:]}')
-    if 'Traceback' in err:
-        faults.append(f'a traceback: {err.strip().splitlines()[-1][:200]}')
-    return faults + (_resumed(folder, command) if case.victim == 'sweep' else [])
-
-
-def _resumed(folder: Path, command: list[str]) -> list[str]:
-    """Let a sweep go on to its end; its results are those of one that was not harmed."""
-    again = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if again.returncode != 0:
-        return [f'resumed: exit {again.returncode}: {again.stderr[-300:]}']
-    return [] if _rows(folder / 'out') == _good_rows() else ['resumed to other results']
+    faults = left(seen) + badly_ended(process.returncode, err, ENDS[case.phase])
+    if case.victim == 'sweep':
+        again = command(*words, cwd=folder)
+        faults += [f'resumed: {each}' for each in badly_ended(again.returncode, again.stderr)]
+        if not faults and _rows(folder / 'out') != _good_rows():
+            faults.append('resumed to other results')
+    return faults
 
 
 @cache
-def _good_rows() -> dict[str, object]:
+def _good_rows():
     """Return the results of the sweep that is harmed, from one that is not."""
     with TemporaryDirectory() as folder:
         Path(folder, 'sweep.yaml').write_text(LONG_SWEEP)
-        command = [*KHR, *STUDIES['sweep'], '--out', f'{folder}/out']
-        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        command(*KHR, *STUDIES['sweep'], '--out', 'out', cwd=folder).check_returncode()
         return _rows(Path(folder) / 'out')
 
 
-def poison(case: Case, folder: Path) -> list[str]:
+def poison(case, folder):
     """Change kept results: what is changed is computed again, and all is as it was before."""
     good, harmed = folder / 'good', folder / 'harmed'
     good.mkdir()
     (good / 'sweep.yaml').write_text(SWEEP)
-    command = [*KHR, *KEPT[case.victim], '--workers', '1', '--out', 'out']
-    subprocess.run(command, cwd=good, check=True, capture_output=True)
+    words = [*KHR, *KEPT[case.victim], '--workers', '1', '--out', 'out']
+    command(*words, cwd=good).check_returncode()
     shutil.copytree(good, harmed)
     (rows,) = harmed.glob('**/rows.sqlite')
-    _change(rows, random.Random(case.name))
-    again = subprocess.run(command, cwd=harmed, capture_output=True, text=True, check=False)
-    faults = [] if again.returncode == 0 else [f'exit {again.returncode}: {again.stderr[-300:]}']
+    _change(rows, case.chance)
+    again = command(*words, cwd=harmed)
+    faults = badly_ended(again.returncode, again.stderr)
     if _rows(rows.parent) != _rows(good / rows.parent.relative_to(harmed)):
         faults.append('other results than before')
     if _points(harmed) != _points(good):
         faults.append('another figure than before')
-    if 'Traceback' in again.stderr:
-        faults.append(f'a traceback: {again.stderr.strip().splitlines()[-1][:200]}')
     return faults
 
 
-def _change(rows: Path, chance: random.Random) -> None:
+def _change(rows, chance):
     """Put other letters into the data of results."""
     content = bytearray(rows.read_bytes())
     for _ in range(3):
@@ -118,24 +108,25 @@ def _change(rows: Path, chance: random.Random) -> None:
     rows.write_bytes(content)
 
 
-def _points(folder: Path) -> list[bytes]:
+def _points(folder):
     """Return the points of the figures that a reproduction has drawn."""
     return [path.read_bytes() for path in sorted(folder.glob('out/figures/*.csv'))]
 
 
-def _rows(folder: Path) -> dict[str, object]:
+def _rows(folder):
     """Return the trajectory hashes of a sweep by the ids of its runs."""
     rows = read_results(folder)
     return dict(zip(rows['id'].to_pylist(), rows['trajectory_hash'].to_pylist(), strict=True))
 
 
-HARMS = {'film, sweep, reproduction stopped': study, 'results changed': poison}
-
-
-def cases(seed: int) -> list[Case]:
-    """Return the cases of these harms."""
-    return [
-        *(Case('film, sweep, reproduction stopped', '', victim, number, seed + n)
-          for victim in STUDIES for number in ('SIGINT', 'SIGTERM', 'SIGKILL') for n in range(2)),
-        *(Case('results changed', '', victim, '', seed + n) for victim in KEPT for n in range(3)),
-    ]  # fmt: skip
+# By kind: what does the harm, and the cases.
+HARMS = {
+    'film, sweep, reproduction stopped': (
+        study,
+        [('', victim, name, number) for victim in STUDIES for name in ENDS for number in (0, 1)],
+    ),
+    'results changed': (
+        poison,
+        [('', victim, '', number) for victim in KEPT for number in range(3)],
+    ),
+}

@@ -1,7 +1,6 @@
 """Files that went wrong on their way: seeded mutants of good ones."""
 
 import random
-from collections.abc import Iterator
 
 LONGEST_LINE = 2000  # characters of a refusal: a file's name, what is quoted, what is accepted
 NASTY = (
@@ -13,20 +12,25 @@ NASTY = (
 )  # fmt: skip
 
 
-def mutants(seeds: list[bytes], count: int, seed: int) -> Iterator[bytes]:
-    """Yield changed files: bytes, lines and values replaced, doubled, cut or moved."""
+def mutants(seeds, count, seed):
+    """Yield changed files."""
     chance = random.Random(seed)
     for _ in range(count):
-        content = chance.choice(seeds)
-        for _ in range(chance.randint(1, 4)):
-            content = _mutant(content, chance)
-        yield content
+        yield mutant(chance.choice(seeds), chance)
 
 
-def _mutant(content: bytes, chance: random.Random) -> bytes:
+def mutant(content, chance):
+    """Return a changed file: bytes, lines and values replaced, doubled, cut or moved."""
+    for _ in range(chance.randint(1, 4)):
+        content = _changed(content, chance)
+    return content
+
+
+def _changed(content, chance):
     lines = content.split(b'\n')
-    at, line = chance.randrange(len(content) + 1), chance.randrange(len(lines))
-    match chance.randrange(7):
+    first, at = sorted(chance.randrange(len(content) + 1) for _ in range(2))
+    line = chance.randrange(len(lines))
+    match chance.randrange(10):
         case 0:
             return content[:at] + bytes([chance.randrange(256)]) + content[at + 1 :]
         case 1:
@@ -34,13 +38,18 @@ def _mutant(content: bytes, chance: random.Random) -> bytes:
         case 2:
             return content[:at] + content[at + chance.randrange(40) :]
         case 3:
-            lines[line] = lines[line].split(b':')[0] + b': ' + chance.choice(NASTY)
+            return content[:at]
         case 4:
-            lines.insert(line, lines[chance.randrange(len(lines))])
+            return content[:at] + content[first:]
         case 5:
+            return content[:first] + bytes(at - first) + content[at:]
+        case 6:
+            lines[line] = lines[line].split(b':')[0] + b': ' + chance.choice(NASTY)
+        case 7:
+            lines.insert(line, lines[chance.randrange(len(lines))])
+        case 8:
             lines[line] = b' ' * chance.randrange(6) + lines[line].strip()
         case _:
-            return content.decode('utf-8', 'ignore').encode(
-                chance.choice(('utf-16', 'utf-32', 'utf-8-sig', 'utf-7'))
-            )
+            encodings = ('utf-16', 'utf-32', 'utf-8-sig', 'utf-7')
+            return content.decode('utf-8', 'ignore').encode(chance.choice(encodings))
     return b'\n'.join(lines)

@@ -5,10 +5,9 @@ import io
 import json
 import os
 import shutil
-from collections.abc import Callable
 from contextlib import redirect_stderr
 from dataclasses import asdict
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -38,44 +37,42 @@ from khr_sweeps.results.store import Store, read_store
 from khr_sweeps.trial import RESULTS as COLUMNS
 from tests import ROOT
 from tests.fakes.invented_runs import signals
-from tests.reliability.mutated.mutants import LONGEST_LINE
+from tests.reliability.mutated.mutants import LONGEST_LINE, mutants
 from tests.support.sweeps import make_certificates
 
 
-def try_file(path: Path, kind: str) -> str:
+def attempts(count, seed):
+    """Yield what each of so many attempts is called, and what attempts it: of each kind alike."""
+    kinds = seeds()
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'mutant.yaml'
+        for kind, good in kinds.items():
+            for number, content in enumerate(mutants(good, -(-count // len(kinds)), seed)):
+                path.write_bytes(content)
+                yield f'{kind} {number}', partial(_attempt, READERS[kind], path)
+
+
+def _attempt(read, path):
     """Read a file as what it claims to be; return what is wrong with the way it is refused."""
     try:
-        READERS[kind](path)
+        read(path)
     except KhrError as error:
-        return _fault(str(error))
+        text = str(error)
+        bad = '\n' in text or len(text) >= LONGEST_LINE
+        return f'a long refusal: {text[:99]}' if bad else ''
     except Exception as error:  # what this looks for
         return f'{type(error).__name__}: {error}'
     return ''
 
 
-def try_change(text: str) -> str:
-    """Read a change as ``--set`` does; return what is wrong with the way it is refused."""
-    try:
-        scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
-    except KhrError as error:
-        return _fault(str(error))
-    except Exception as error:  # what this looks for
-        return f'{type(error).__name__}: {error}'
-    return ''
-
-
-def _fault(text: str) -> str:
-    return '' if len(text) < LONGEST_LINE and '\n' not in text else f'a long refusal: {text[:99]}'
-
-
-def _results(path: Path) -> None:
+def _results(path):
     """Read results, of which every one that is accepted is as it was written."""
     with redirect_stderr(io.StringIO()):
         _, kept = read_store(path, dict)
     assert all(entry in RESULTS for entry in kept), 'a changed result is believed'
 
 
-def _written(write: Callable[[Path], object]) -> bytes:
+def _written(write):
     """Return the content of a file that is written so."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'file'
@@ -83,13 +80,13 @@ def _written(write: Callable[[Path], object]) -> bytes:
         return path.read_bytes()
 
 
-def _write_results(path: Path) -> None:
+def _write_results(path):
     """Write a file of results as a sweep or a search leaves it."""
     with Store(path, {'of': 'a study'}, dict) as store:
         store.add({entry['id']: entry for entry in RESULTS})
 
 
-def _write_sweep(path: Path) -> None:
+def _write_sweep(path):
     """Write a Parquet file as a sweep leaves it."""
     table = pyarrow.table({name: [kind()] for name, kind in COLUMNS.items()})
     request = {b'khr.sweep': json.dumps({'axes': {'simulator.friction': [0.1]}}).encode()}
@@ -100,7 +97,7 @@ RUN = RunEntry(99, os.getpid(), 'walk_0deg', 'runs/walk_0deg', since=1.7e9)
 RESULTS = [{'id': f'{n}', 'verdict': 'walked', 'limit_deg': n / 7} for n in range(20)]
 
 
-def _registered(path: Path) -> None:
+def _registered(path):
     """List the runs of a register in which there is such an entry."""
     entry = register() / f'{path.stem}.json'
     shutil.copyfile(path, entry)
@@ -110,14 +107,14 @@ def _registered(path: Path) -> None:
         entry.unlink(missing_ok=True)
 
 
-def _parameters(path: Path) -> None:
+def _parameters(path):
     """Check a parameter file as each node checks those that it is given."""
     check_blocks(
         read_blocks(str(path)), '/simulator', frozenset(specifications(table_of('simulator')))
     )
 
 
-def _credentials(path: Path) -> None:
+def _credentials(path):
     """Take credentials of which the certificate is such a one."""
     with TemporaryDirectory() as folder:
         own = Path(shutil.copytree(_certificates(), Path(folder) / 'tls'))
@@ -126,20 +123,26 @@ def _credentials(path: Path) -> None:
 
 
 @cache
-def _certificates() -> Path:
+def _certificates():
     """Return a folder of good credentials."""
     folder = Path(mkdtemp())
     atexit.register(shutil.rmtree, folder)
     return make_certificates(folder)
 
 
-def _sweep(path: Path) -> None:
+def _sweep(path):
     """Read the results of a sweep from its Parquet file."""
     request_of(read_results(path))
 
 
+def _change(path):
+    """Read a change as ``--set`` does."""
+    text = path.read_bytes().decode('utf-8', 'surrogateescape')
+    scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
+
+
 # What khr reads of what others may have written, by what it is.
-READERS: dict[str, Callable[[Path], object]] = {
+READERS = {
     'scenario': lambda path: scenarios.load_scenario(str(path)).to_yaml(),
     'sweep': load_sweep,
     'calibration': read_plan,
@@ -154,10 +157,11 @@ READERS: dict[str, Callable[[Path], object]] = {
     'parameters': _parameters,
     'registered run': _registered,
     'credentials': _credentials,
+    'change': _change,
 }
 
 
-def seeds() -> dict[str, list[bytes]]:
+def seeds():
     """Return good files of each kind."""
     config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
     return {
@@ -176,4 +180,9 @@ def seeds() -> dict[str, list[bytes]]:
         'parameters': [path.read_bytes() for path in scenarios.shipped()],
         'registered run': [json.dumps(asdict(RUN)).encode()],
         'credentials': [(_certificates() / 'cert.pem').read_bytes()],
+        'change': [
+            b'ankle_controller.gain=12',
+            b'simulator.push_point=[0, 0, 0.1]',
+            b'gait.motion=walk',
+        ],
     }
