@@ -99,7 +99,8 @@ def environment(case, folder):
     limit, codes = ENVIRONMENTS[case.victim]
     out = '/proc/run' if case.victim == 'read-only folder' else folder / 'run'
     words = [*KHR, 'run', SCENARIO, case.mode, '--duration', 1, '--out', out]
-    env = dict(os.environ)
+    # bytecode that is cut by a limit would be read by whoever comes next
+    env = {**os.environ, 'PYTHONDONTWRITEBYTECODE': '1'}
     if limit:
         words = ['sh', '-c', f'{limit}; exec "$@"', 'sh', *words]
     if case.victim == 'no HOME':
