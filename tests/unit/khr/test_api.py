@@ -1,4 +1,9 @@
-"""The Python interface gives the same runs as the command and the nodes."""
+"""The Python interface gives the runs of command and nodes, and each function has an example."""
+
+import doctest
+import os
+import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -120,22 +125,18 @@ def test_a_limit_is_between_survival_and_fall_and_found_without_a_word(capfd):
 
 @pytest.mark.slow
 def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
-    grid = {'simulator.inclination_deg': [0, 30.0]}
     found = khr.sweep(
         'stand_0deg',
-        grid,
+        {'simulator.inclination_deg': [0, 30.0]},
         set=SHORT | {'simulator.initial_tilt_deg': 0},
         seeds=2,
         workers=1,
         out=tmp_path / 'kept',
     )
-    verdicts = {
-        (row['simulator.inclination_deg'], row['seed']): row['verdict']
-        for row in found.to_pylist()
-    }
-    assert verdicts == {
-        (0.0, 0): 'stood', (0.0, 1): 'stood', (30.0, 0): 'slipped', (30.0, 1): 'slipped',
-    }  # fmt: skip
+    names = 'simulator.inclination_deg', 'seed', 'verdict'
+    assert sorted(zip(*(found[name].to_pylist() for name in names), strict=True)) == [
+        (0.0, 0, 'stood'), (0.0, 1, 'stood'), (30.0, 0, 'slipped'), (30.0, 1, 'slipped'),
+    ]  # fmt: skip
     assert not capsys.readouterr().out
     assert pq.read_table(tmp_path / 'kept' / 'results.parquet').equals(found)
 
@@ -178,3 +179,23 @@ def test_an_interrupted_sweep_raises_that(monkeypatch):
     monkeypatch.setattr('khr.studies.run_sweep', lambda *_, **__: INTERRUPTED)
     with pytest.raises(KeyboardInterrupt):
         khr.sweep('stand_0deg', {'simulator.inclination_deg': [0.0]})
+
+
+PUBLIC = {name: getattr(khr, name) for name in khr.__all__ if name != 'KhrError'} | {
+    'RunResult.table': khr.RunResult.table,
+    'RunResult.plot': khr.RunResult.plot,
+}
+SLOW = ('critical', 'load', 'stage3', 'sweep', 'tune')  # other processes do the work
+
+
+@pytest.mark.parametrize(
+    'name', [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in PUBLIC]
+)
+def test_an_example_does_what_it_says(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('PATH', f'{Path(sys.executable).parent}:{os.environ["PATH"]}')
+    (found,) = doctest.DocTestFinder(recurse=False).find(PUBLIC[name], name, globs={})
+    assert found.examples, f'khr.{name} has no example'
+    said = []
+    doctest.DocTestRunner().run(found, out=said.append)
+    assert not said, ''.join(said)

@@ -54,8 +54,6 @@ def test_a_command_is_these_bytes(command, expected):
         ('0a 00 20 00 00 00 22 00 16 62', '19 00 c2 01 00 00 64 00' + ' 00' * 16 + ' 40'),
         ('0b 10 05 00 00 00 00 01 4c 1d 8a', '04 10 15 29'),  # one position for two servos
         ('07 0b 80 0b 00 00 9d', '04 0b 15 24'),  # programs in ROM are not run
-        ('07 0c 80 0b 00 00 9e', '04 0c 15 25'),
-        ('03 0d 10', '04 0d 15 26'),
         ('03 77 7a', '04 77 15 90'),
     ],
 )

@@ -29,8 +29,7 @@ def test_the_unmodified_rcb4_client_drives_it(way, tmp_path):
             rcb4.close()
             return
         assert rcb4.search_servo_ids().tolist() == sorted(TRIMS)
-        trim = board.record(18).trim
-        assert trim == (TRIMS[18] if way else 0)
+        assert board.record(18).trim == (TRIMS[18] if way else 0)
         rcb4.hold()
         rcb4.neutral(time=0.1)
         assert rcb4.wait_interpolation(timeout=5.0)
@@ -44,32 +43,6 @@ def test_the_unmodified_rcb4_client_drives_it(way, tmp_path):
         rcb4.free()
         assert all(board.record(ics).reference == FREE for ics in TRIMS)
         rcb4.close()
-
-
-def test_the_rcb4_client_reads_ad_writes_trims_and_mixings_and_clears_them(tmp_path):
-    """By the calls with which it reads and writes any RAM itself."""
-    board, record = bench_board(), 0x90 + 20 * 18
-    with served(board, tmp_path, stepped=True) as (_, line):
-        rcb4 = RCB4Interface()
-        rcb4.open(line, 1_250_000, servos=False)
-        values = rcb4.write_move_ram_to_com_command(memory.AD_VALUES, 22)
-        assert int.from_bytes(bytes(values[:2]), 'little') == 450
-        rcb4.write_move_com_to_ram_command(record + 14, [0x24, 0x40, 12])
-        rcb4.write_move_com_to_ram_command(record + 17, [0x26, 0x40, 0x80 | 2])
-        rcb4.write_move_com_to_ram_command(record + 2, [100, 0])
-        found = bytes(rcb4.write_move_ram_to_com_command(record, 20))
-        assert found[2:4] == b'\x64\x00' and found[14:] == b'\x24\x40\x0c\x26\x40\x82'
-        board.robot.ad[1] = 512 + 3
-        board.answer(commands.move_servos({18: 7500}))
-        for _ in range(3):  # AD2 reads 100
-            board.cycle()
-        assert board.sent[18] == 7500 + 100 + 12 * 3 - 2 * 100
-        changed = rcb4.flatten_board()
-        trims = {ics: trim for ics, trim in TRIMS.items() if trim} | {18: 100}
-        assert changed['trim'] == trims
-        assert changed['mixing'] == {18: [(0x4024, 12), (0x4026, 0x82)]}
-        rcb4.close()
-    assert not board.record(18).mixings[0].active
 
 
 def test_the_rcb4_client_switches_the_rate_and_a_board_hears_no_other(tmp_path):

@@ -139,19 +139,20 @@ def test_a_servo_that_is_not_assigned_is_left_alone(board, client):
 
 
 @pytest.mark.parametrize('delay', [0, 2])
-def test_a_mixing_acts_after_its_delay(delay):
+def test_two_mixings_are_added_after_their_delay(delay):
     board = bench_board(mixing_delay=delay)
     client = Client(Loopback(board))
     client.move({18: 7500})
     client.set_mixing(18, 0, Mixing.of_ad(1, 12))
+    client.set_mixing(18, 1, Mixing.of_ad(3, -2))
     board.cycle()
-    board.robot.ad[1] = 515
+    board.robot.ad |= {1: 515, 3: 10}
     board.sample()
     sent = []
     for _ in range(4):
         sent.append(board.sent[18] - 7500 - TRIMS[18])
         board.cycle()
-    assert sent == [0] * (1 + delay) + [36] * (3 - delay)
+    assert sent == [0] * (1 + delay) + [36 - 20] * (3 - delay)
 
 
 def test_rom_is_stored_and_power_on_restores_ram(board, client):

@@ -26,11 +26,6 @@ def test_range_unit_and_meaning_are_the_table_s(tunable):
         assert found.maximum == min(specification.maximum, tunable.most)
 
 
-def test_what_is_watched_exists():
-    for watched in WATCHED:
-        assert watched.name in specifications(table_of(watched.node))
-
-
 def test_a_slider_reaches_the_value_that_is_there():
     tunable = next(each for each in tunables() if each.name == 'pace')
     specification = specifications(table_of('simulator'))['pace']

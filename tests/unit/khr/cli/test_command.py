@@ -140,32 +140,17 @@ def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
     assert lines[0] == title and lines[-2] == f'folder {folder}'
 
 
-@pytest.mark.parametrize(
-    ('settings', 'warning'),
-    [
-        (
-            ['hip_controller.gain=13', 'hip_controller.staged=false'],
-            'khr: --set hip_controller.gain, staged: no effect while hip_controller.enabled is '
-            'false; to switch it on: --set hip_controller.enabled=true\n',
-        ),
-        (['hip_controller.gain=13', 'hip_controller.enabled=true'], ''),
-    ],
-)
-def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, settings, warning):
-    for name in ('run_scenario', 'view_scenario'):
-        monkeypatch.setattr(f'khr.cli.run.{name}', lambda *_: 0)
-    changes = [word for text in settings for word in ('--set', text)]
+def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys):
+    settings = '--set', 'hip_controller.gain=13', '--set', 'hip_controller.staged=false'
+    warning = (
+        'khr: --set hip_controller.gain, staged: no effect while hip_controller.enabled is '
+        'false; to switch it on: --set hip_controller.enabled=true\n'
+    )
     for verb in ('run', 'view'):
-        code, _, err = khr(monkeypatch, capsys, verb, 'walk_8.88deg_ka12', *changes)
-        assert (code, err) == (0, warning)
-
-
-def test_critical_points_out_a_gain_of_a_controller_that_is_off(monkeypatch, capsys):
-    monkeypatch.setattr('khr_studies.measuring.critical.measure_limit', lambda *_: None)
-    monkeypatch.setattr('khr_studies.measuring.critical.limit_text', lambda *_: '')
-    setting = ('--set', 'ankle_controller.gain=12')
-    assert 'no effect' in khr(monkeypatch, capsys, 'critical', '--ka', '0', *setting)[2]
-    assert khr(monkeypatch, capsys, 'critical', '--ka', '6', *setting)[2] == ''
+        monkeypatch.setattr(f'khr.cli.run.{verb}_scenario', lambda *_: 0)
+        words = verb, 'walk_8.88deg_ka12', *settings
+        assert khr(monkeypatch, capsys, *words)[2] == warning
+        assert khr(monkeypatch, capsys, *words, '--kh', '13')[2] == ''
 
 
 def test_interruption_is_exit_code_130(monkeypatch, capsys):
