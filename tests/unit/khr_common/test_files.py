@@ -1,12 +1,14 @@
-"""A file is whole or not there, and what prevents it is one line with its path."""
+"""Files are whole or not there, and documents are rewritten between their markers."""
 
 import resource
+import sys
 from contextlib import contextmanager
 
 import pytest
 
 from khr_common import KhrError, RunError
 from khr_common.files import write_text, written
+from khr_common.markdown import WrittenPart
 
 
 def test_a_text_replaces_the_one_before(tmp_path):
@@ -50,3 +52,24 @@ def test_a_mistyped_folder_is_the_users_mistake(tmp_path):
     with pytest.raises(KhrError, match='No such file or directory') as refusal:
         write_text(tmp_path / 'nowhere' / 'x', '')
     assert not isinstance(refusal.value, RunError)
+
+
+PART = WrittenPart('some.module docs/page.md', lambda: 'new')
+BEGIN, END = PART.markers
+
+
+@pytest.mark.parametrize('text', ['none', f'{BEGIN} only the first', f'{END} {BEGIN} turned'])
+def test_a_missing_marker_is_refused(text):
+    with pytest.raises(KhrError, match=r'^text: no markers in it; accepted: '):
+        PART.rewrite(text)
+
+
+def test_a_document_named_on_the_command_line_is_rewritten_between_its_markers(
+    tmp_path, monkeypatch
+):
+    path = tmp_path / 'page.md'
+    path.write_text(f'a\n{BEGIN}\nold\n{END}\nz {END}', encoding='utf-8')
+    monkeypatch.setattr(sys, 'argv', ['report', str(path)])
+    for _ in range(2):
+        PART.main()
+        assert path.read_text(encoding='utf-8') == f'a\n{BEGIN}\n\nnew\n\n{END}\nz {END}'

@@ -1,13 +1,14 @@
-"""A parameter table accepts its ranges and refuses the rest in one line."""
+"""Values within their ranges are accepted; others are refused in one line with what is accepted."""
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_common import ParameterError, build, check, parameter, specifications
+from khr_common import KhrError, ParameterError, build, check, checks, parameter, specifications
 
 
 @dataclass(frozen=True)
@@ -56,3 +57,35 @@ def test_refusal_names_parameter_value_and_what_is_accepted(name, value, says):
         check(Table, name, value)
     assert name in str(refusal.value)
     assert says in str(refusal.value)
+
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize(
+    ('check', 'bounds', 'accepted', 'refused', 'text'),
+    [
+        (checks.positive, (), [1e-300, 2.0], [0.0, -1.0, INF, NAN], r'(0, inf)'),
+        (checks.non_negative, (), [0.0, 2.0], [-1e-300, INF, NAN], r'[0, inf)'),
+        (checks.finite, (), [-1e300, 0.0], [INF, -INF, NAN], r'(-inf, inf)'),
+        (checks.between, (1, 2, 'Hz'), [1.5], [1, 2, NAN], r'(1, 2) Hz'),
+        (checks.integer, (1, 3), [1, 3], [0, 4], r'integer in [1, 3]'),
+        (checks.one_of, (('a', 'b'),), ['a'], ['c', 1], r'a | b'),
+        (
+            checks.within,
+            (-1, 1),
+            [1.0, np.array([-1.0, 0.0])],
+            [NAN, 1.1, np.array([0.0, -1.1])],
+            r'[-1, 1]',
+        ),
+    ],
+)
+def test_a_check_refuses_what_is_outside_and_says_what_is_accepted(
+    check, bounds, accepted, refused, text
+):
+    for value in accepted:
+        check('size', value, *bounds)
+    for value in refused:
+        with pytest.raises(KhrError, match=r'^size: ') as refusal:
+            check('size', value, *bounds)
+        assert str(refusal.value).endswith(f'is not accepted; accepted: {text}')

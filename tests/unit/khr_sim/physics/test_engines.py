@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from khr_common import KhrError, RunError, build
-from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics import engines
-from khr_sim.physics.camera import Camera
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.servo import Servos, law
@@ -160,17 +157,3 @@ def test_an_unstable_simulation_ends_the_run_in_one_line(tmp_path, monkeypatch):
             world.advance(STANCE)
     assert not list(tmp_path.iterdir())  # where the engine would leave a log
     World(SimulatorParameters(engine='mujoco')).advance(STANCE)  # and another run is not touched
-
-
-def test_a_picture_shows_the_robot_where_it_is_put():
-    robot = Robot.load()
-    painter = engines.painter(SimulatorParameters(engine='mujoco'), robot)
-    painter.reset(0.0)
-    pictures = []
-    for x in (0.0, 0.1):
-        painter.bodies[0].place(np.array((x, 0.0, 0.23)), matrix(pitched(0.1)), STANCE)
-        pictures.append(painter.picture(Camera(64, 48, (0.0, 0.0, 0.2))).colors)
-    painter.close()
-    assert pictures[0].shape == (48, 64, 3)
-    assert pictures[0].std() > 10.0
-    assert (pictures[0] != pictures[1]).mean() > 0.05

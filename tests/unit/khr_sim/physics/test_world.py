@@ -8,10 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, build
+from khr_common.interfaces import TRUE_POSE, TRUE_SOLES
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.statics import GRAVITY
+from khr_sim.physics.truth import GroundTruth
 from tests.fakes.postures import STANCE, STRAIGHT
 from tests.support.mechanics import PLAIN_SERVOS, momenta
 
@@ -164,6 +166,27 @@ def test_truth_is_consistent_with_itself(world_with):
             sole = matrix(truth.orientation) @ poses[name][:3, 3] + truth.position
             assert truth.sole_position[side] == pytest.approx(sole, abs=1e-6)
         before = truth
+
+
+@pytest.mark.parametrize('axis', [(1, 0, 0), (0.6, -0.8, 0)])
+@pytest.mark.parametrize('angle', [0.0, 2.5])
+def test_tilt_is_the_angle_to_the_vertical(world_with, axis, angle):
+    leaning = Rotation.from_rotvec(np.multiply(axis, angle)) * Rotation.from_euler('z', 1.0)
+    truth = replace(world_with().reset(STANCE), orientation=leaning.as_quat())
+    assert truth.tilt == pytest.approx(angle, abs=1e-9)
+
+
+def test_topics_carry_the_motion_and_give_it_back(world_with):
+    world = world_with(inclination_deg=3.0)
+    world.reset(STANCE)
+    truth = world.advance(wave(0))
+    signals = truth.signals()
+    assert signals[TRUE_POSE] == [*truth.position, *truth.orientation]
+    assert signals[TRUE_SOLES][7:] == [*truth.sole_position[1], *truth.sole_orientation[1]]
+    again = GroundTruth.of_signals(truth.step, truth.stamp_ns, signals)
+    for name in ('joint_position', 'mean_angular_velocity', 'contact_force', 'sole_orientation'):
+        assert (getattr(again, name) == getattr(truth, name)).all()
+    assert again.inclination == truth.inclination
 
 
 # --- determinism ------------------------------------------------------------
