@@ -2,7 +2,7 @@
 # make test   installs the tools as well, checks the code, runs the tests
 # make quick  runs the unit tests and golden hashes, without the slow ones, in some minutes
 # make nightly  runs all tests, also those of whole studies and the longest of the others
-# make coverage  runs all tests, measured, and prints their coverage by package
+# make coverage  runs all tests, measured, and prints their coverage by module
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
 # make bullet  compiles PyBullet where it has no wheel (Python 3.12); MuJoCo is the engine without it
 # make dist   builds sdist and wheel of the whole in dist/
@@ -45,7 +45,7 @@ quick: tools
 # apart from the tests: what is measured takes twice the computing
 coverage: tools
 	$(PYTEST) --cov --cov-report=
-	$(BIN)/python -m tests.coverage
+	$(BIN)/coverage report --skip-covered --sort cover
 
 install: $(VENV)/packages
 
