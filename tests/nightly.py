@@ -32,8 +32,6 @@ BY_NIGHT = {
     'tests/integration/test_recovery.py::test_the_estimate_is_within_5_mm_and_12_mm_of_the_truth_over_16_pushes[mujoco': 'the step, which needs the estimate, on both engines',
     'tests/integration/test_report.py::test_runs_of_different_scenarios': 'two runs of one scenario',
     'tests/integration/test_sweep_cluster.py::test_a_scheduler_that_dies': 'a job whose worker is killed, in unit tests of the pool',
-    'tests/unit/benchmarks/test_benchmarks.py::test_every_part': 'the page, from what was measured',
-    'tests/unit/benchmarks/test_benchmarks.py::test_the_plain_loop': 'the page, from what was measured; golden hashes of the twin',
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[critical]': 'a limit by the Python API',
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[stage3]': 'the plane of one point',
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[sweep]': 'a sweep by the Python API',

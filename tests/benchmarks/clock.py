@@ -1,6 +1,5 @@
 """Clocks and progress lines of the benchmarks."""
 
-import statistics
 import sys
 import time
 from contextlib import contextmanager
@@ -35,17 +34,6 @@ def timed(owner, name, spent, part):
 
     with patch.object(owner, name, call):
         yield
-
-
-def computing_time(function, repeats):
-    """Return median and largest computing time of a function after one warm-up call, ms."""
-    function()
-    times = []
-    for _ in range(repeats):
-        began = time.process_time()
-        function()
-        times.append(1e3 * (time.process_time() - began))
-    return statistics.median(times), max(times)
 
 
 def log(text):

@@ -1,14 +1,15 @@
 """Speed of the Gymnasium environment: alone, and one on each core through ``make_vec``."""
 
 import os
+from contextlib import closing
 
 import gymnasium
 import numpy as np
 
 import khr
-from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from tests.benchmarks.clock import WALL, clocks, log, speeds
+from tests.benchmarks.graphs import offline
 
 SCENARIO, SECONDS = 'walk_0deg', 10.0
 ENGINES = ('bullet', 'mujoco')
@@ -29,11 +30,8 @@ def measure():
 
 def twin(engine):
     """Return the speed of the offline twin."""
-    began = []
     changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): SECONDS}
-    scenario = scenarios.load_scenario(SCENARIO).changed(changes)
-    seconds = run_offline(scenario, lambda *_: began or began.append(clocks())).time
-    return speeds(seconds, clocks() - began[0])
+    return offline(scenarios.load_scenario(SCENARIO).changed(changes))
 
 
 def alone(engine):
@@ -56,14 +54,6 @@ def stepped(environment, action):
 def each(engine):
     """Return the speed of the environments of ``make_vec``, as many as there are cores."""
     cores = len(os.sched_getaffinity(0))
-    environments = gymnasium.make_vec(
-        'khr.environment:khr/Walk-v0',
-        cores,
-        vectorization_mode='async',
-        scenario=SCENARIO,
-        engine=engine,
-    )
-    try:
-        return {WALL: stepped(environments, np.zeros((cores, 2), np.float32))[WALL]}
-    finally:
-        environments.close()
+    options = {'vectorization_mode': 'async', 'scenario': SCENARIO, 'engine': engine}
+    with closing(gymnasium.make_vec('khr.environment:khr/Walk-v0', cores, **options)) as each:
+        return {WALL: stepped(each, np.zeros((cores, 2), np.float32))[WALL]}

@@ -1,6 +1,9 @@
 """Time the models of the thesis and the gyro's circuit: ``python -m tests.benchmarks.models``."""
 
 import math
+import time
+from statistics import median
+from timeit import timeit
 
 import numpy as np
 
@@ -20,7 +23,6 @@ from khr_models.standing.ankle_servo import Pid, simulate_servo
 from khr_models.standing.friction import SlidingFoot, simulate_sliding
 from khr_models.standing.push import ForcePulse, PushLoop, largest_push, simulate_push
 from khr_models.thesis import GAINS, PEAKS, identified_servo
-from tests.benchmarks.clock import computing_time
 
 ROBOT, TIME = Pendulum(), np.linspace(0.0, 5.0, 5001)
 LEANS = np.linspace(-0.05, 0.05, 1000)
@@ -67,8 +69,9 @@ def main(repeats=15):
     """Print median and largest computing time of each case beside its limit, ms."""
     print(f'{"case":48s}{"median ms":>11s}{"largest ms":>12s}{"limit ms":>10s}')
     for name, (run, limit) in CASES.items():
-        median, largest = computing_time(run, repeats)
-        print(f'{name:48s}{median:11.2f}{largest:12.2f}{limit or "":>10}')
+        run()  # warms up
+        times = [1e3 * timeit(run, number=1, timer=time.process_time) for _ in range(repeats)]
+        print(f'{name:48s}{median(times):11.2f}{max(times):12.2f}{limit or "":>10}')
 
 
 if __name__ == '__main__':

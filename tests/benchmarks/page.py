@@ -67,17 +67,17 @@ def page(data):
         ),
         goals=table(
             ('speed of', 'against', 'clock', 'goal', 'least', 'median', 'most', ''),
-            [_goal(goal, data.get(goal.part)) for goal in GOALS],
+            [_goal(goal, data[goal.part]) for goal in GOALS],
         ),
         speeds=table(
             ('case', 'least', 'median', 'most'),
             [
                 (case, *(f'{value:.2f}' for value in spread(run[case][WALL] for run in rounds)))
-                for rounds in (data['graphs'], data.get('graphs_mujoco', [{}]))
+                for rounds in (data['graphs'], data['graphs_mujoco'])
                 for case in rounds[0]
             ],
         ),
-        graphs='\n'.join((*_graphs(data['graphs']), *_graphs(data.get('graphs_mujoco', [{}])))),
+        graphs='\n'.join((*_graphs(data['graphs']), *_graphs(data['graphs_mujoco']))),
         board=_board(data['board']),
         period=table(
             ('engine', 'part', 'us', 'share'),
@@ -120,9 +120,6 @@ def spread(values):
 
 def _goal(goal, rounds):
     """Return the row of a goal."""
-    if not rounds:
-        clock = 'wall' if goal.clock == WALL else 'computing'
-        return goal.name, goal.base, clock, f'{goal.least:.0%}', '-', '-', '-', 'not measured'
     found = spread(run[goal.name][goal.clock] / run[goal.base][goal.clock] for run in rounds)
     clock = 'wall' if goal.clock == WALL else 'computing'
     shown = (f'{ratio:.0%}' for ratio in (goal.least, *found))
@@ -142,7 +139,7 @@ def _graphs(rounds):
 
 def _board(found):
     def middle(runs, figure):
-        return statistics.median(float(run.get(figure, 'nan')) for run in runs)
+        return statistics.median(run[figure] for run in runs)
 
     rows = [
         (
