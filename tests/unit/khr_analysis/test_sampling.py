@@ -43,6 +43,8 @@ def test_a_tone_at_any_rate_is_read_true(rate, share, start):
     stamps = start + np.rint(times * 1e9).astype(np.int64)
     notes = check(stamps, sine(times, share * rate), share * rate)
     assert 'even within 0.1 %' in notes
+    stated = float(notes.split('Nyquist frequency ')[1].split()[0])
+    assert stated == pytest.approx(rate / 2.0, rel=1e-3)
 
 
 @given(seed=st.integers(0, 2**32 - 1), jitter=st.floats(0.25, 0.6))

@@ -108,17 +108,6 @@ def test_what_a_node_publishes_itself_is_no_circle(registry_with):
     assert 'foreign' in registry_with(module, ENTRY)
 
 
-def test_nodes_are_in_the_order_in_which_data_flows():
-    names = list(registry())
-    assert names[0] == 'simulator' and names[-2:] == ['recorder', 'recovery']
-    for before, after in (
-        ('gyro', 'hip_controller'),
-        ('foot_force', 'stage'),
-        ('stage', 'ankle_controller'),
-    ):
-        assert names.index(before) < names.index(after)
-
-
 def test_every_topic_of_a_run_has_an_owner_or_is_the_user_s():
     published = {topic for node in registry().values() for topic in node.spec.publishes}
     assert {topic.name for topic in set(OF_EVERY_RUN) - published} == {'push', '/rosout'}

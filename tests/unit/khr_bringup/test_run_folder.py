@@ -3,31 +3,11 @@
 import signal
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
 
 import pytest
 
 from khr_bringup.run_folder import SCENARIO, claim, claim_folder
 from khr_common.errors import KhrError
-
-RIVALS = 8
-
-
-def test_of_runs_that_want_a_folder_at_once_one_has_it(tmp_path):
-    for attempt in range(20):
-        folder, gate = tmp_path / f'{attempt}', Barrier(RIVALS)
-
-        def want(folder=folder, gate=gate):
-            gate.wait()
-            try:
-                return claim(folder, '--out')
-            except KhrError as error:
-                assert 'taken by another run' in str(error) or 'holds something' in str(error)
-
-        with ThreadPoolExecutor(RIVALS) as pool:
-            found = [each.result() for each in [pool.submit(want) for _ in range(RIVALS)]]
-        assert [each for each in found if each] == [folder]
 
 
 def test_an_empty_folder_that_another_run_takes_meanwhile_is_refused(tmp_path, monkeypatch):

@@ -5,16 +5,7 @@ import sys
 import pytest
 from jinja2 import UndefinedError
 
-from khr_report.page.document import (
-    bullets,
-    duration,
-    grid,
-    html,
-    markdown,
-    page_text,
-    passage,
-    verdict,
-)
+from khr_report.page.document import bullets, grid, html, markdown, page_text, passage, verdict
 
 DOCUMENT = [
     'A text with <b> and | in it.',
@@ -48,13 +39,6 @@ def test_a_paragraph_s_marks_are_rendered_and_documents_are_named_not_linked():
     assert text.strip() == (
         '<p>Written by <code>khr x</code> of &lt;b&gt;, <em>fitted</em> (page); 2 * 3 * 4.</p>'
     )
-
-
-@pytest.mark.parametrize(
-    ('seconds', 'text'), [(89.0, '89 s'), (150.0, '2 min'), (2 * 3600.0 + 300.0, '2 h 5 min')]
-)
-def test_durations(seconds, text):
-    assert duration(seconds) == text
 
 
 TEMPLATE = """

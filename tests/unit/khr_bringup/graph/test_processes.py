@@ -6,13 +6,12 @@ import signal
 import subprocess
 import sys
 import textwrap
-from contextlib import nullcontext
 
 import psutil
 import pytest
 
 from khr_bringup.graph import processes
-from khr_bringup.graph.processes import EXECUTABLE, Processes, batch_scheduling
+from khr_bringup.graph.processes import Processes
 from tests.support.runs import wait_for
 
 PARENT = """
@@ -38,15 +37,6 @@ def test_a_child_dies_with_its_killed_parent(tmp_path):
     parent.kill()
     parent.communicate()
     assert psutil.wait_procs([child], timeout=20)[0] == [child]
-
-
-def test_the_unhurried_wait_for_a_core_and_so_do_those_that_they_start():
-    schedulers = [os.sched_getscheduler(0)]
-    for context in (batch_scheduling(), nullcontext()):
-        with context, subprocess.Popen(['sleep', '60']) as child:
-            schedulers.append(os.sched_getscheduler(child.pid))
-            child.kill()
-    assert schedulers == [os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_OTHER]
 
 
 def started(tmp_path, module, *arguments):
@@ -101,14 +91,6 @@ def test_a_module_that_does_not_load_is_one_line(tmp_path):
     children._children['recorder'].wait()
     assert children.ended().startswith('recorder ended with 1: tests.fakes.no_such_module: Imp')
     assert len((tmp_path / 'recorder.log').read_text().splitlines()) == 1
-
-
-@pytest.mark.parametrize('words, kept', [((), []), (('a reason',), ['recorder.log'])])
-def test_an_empty_log_is_removed_at_the_end(tmp_path, words, kept):
-    children = started(tmp_path, EXECUTABLE, '/bin/echo', '-n', *words)
-    children._children['recorder'].wait()
-    children.stop()
-    assert [path.name for path in tmp_path.iterdir()] == kept
 
 
 def wait_for_line(folder):

@@ -96,14 +96,6 @@ def test_a_bout_is_over_once_both_robots_are_judged_and_the_referee_has_decided(
     assert _unfinished(undecided) == 'the referee did not judge the run'
 
 
-def test_an_error_of_a_robot_names_the_robot():
-    reports = in_bout(None)
-    reports.views['blue'].take_diagnostics(
-        DiagnosticArray(status=[status('gait', 'no reference', {}, level=b'\2')])
-    )
-    assert reports.complaints == ['blue/gait: no reference']
-
-
 FIGURES = ('time', 'real_time_factor', 'pitch_rate', 'peak', 'time_ns', 'run', 'final', 'sync')
 QUANTITIES = ('time_s', 'distance_m', 'largest_pitch_rad', 'vibration_rad_s', 'periods', 'end')
 texts = st.sampled_from(['', 'nan', '-', '1e999', '3', '-0.5', '9' * 5000]) | st.text()

@@ -1,7 +1,5 @@
 """The nodes and topics of a run, and its wiring, which is apart from its scenario."""
 
-from collections import Counter
-
 import pytest
 import yaml
 
@@ -78,18 +76,6 @@ BOUT = load_bout('shove')
 @pytest.fixture
 def two():
     return robots_of(BOUT, 1)
-
-
-def test_robots_of_a_bout_share_simulator_referee_and_recorder(two):
-    labels = [each.label for each in two.members(record=True)]
-    shared = {label for label in labels if '/' not in label}
-    assert shared == {'simulator', 'referee', 'recorder'}
-    per_robot = Counter(label.partition('/')[2] for label in labels if '/' in label)
-    assert set(per_robot.values()) == {2}
-    assert 'recorder' not in [each.label for each in two.members(record=False)]
-    assert {'red/gait', 'blue/gait', 'referee'} <= set(two.answers)
-    entries = {each.label: each.entry for each in two.members(record=True)}
-    assert entries['red/gait'] == 'red/khr_balance.gaits.gait:GAIT'
 
 
 def test_the_simulator_gets_each_robot_as_it_is_without_a_graph(two, tmp_path):

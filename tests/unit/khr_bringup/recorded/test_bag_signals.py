@@ -2,14 +2,10 @@
 
 import struct
 import tracemalloc
-from contextlib import nullcontext
-from types import SimpleNamespace as Made
 
 import numpy as np
-import pytest
 
 from khr_analysis.recording import Recording
-from khr_bringup.recorded import bags
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import Samples, read_messages
 from khr_bringup.scenario.scenario import Scenario
@@ -107,21 +103,6 @@ def test_the_time_of_a_driver_on_system_time_counts_from_its_first_stamp():
     np.testing.assert_array_equal(of_system.time, simulated.time)
     np.testing.assert_array_equal(of_system.constant, simulated.constant)
     assert abs(simulated.constant[0]).max() < abs(simulated.constant[-1]).max(), 'a start ramp'
-
-
-@pytest.mark.parametrize(
-    ('spaces', 'robots'),
-    [
-        (['/blue', '/red', '/blue', '/red'], ['red', 'blue']),  # a split recording of two files
-        (['/second', '/blue', '/first'], ['blue', 'first', 'second']),
-        (['', '/red'], []),
-    ],
-)
-def test_each_robot_is_named_once_and_red_first(spaces, robots, tmp_path, monkeypatch):
-    storage = Made(connections=[Made(topic=f'{space}/ground_truth/odom') for space in spaces])
-    monkeypatch.setattr(bags, 'existing_bag', lambda bag: bag)
-    monkeypatch.setattr(bags, 'opened', lambda _: nullcontext(storage))
-    assert bags.robots_in(tmp_path) == robots
 
 
 def test_the_samples_of_a_bag_take_the_room_of_their_numbers(tmp_path):

@@ -119,13 +119,6 @@ def test_a_message_of_joints_with_other_positions_than_names_is_left_out(tmp_pat
     assert '1 sample left out: not finite' in notes
 
 
-@pytest.mark.parametrize('rate', [6.5, 66.6667, 1000.0])
-def test_any_rate_is_found_by_the_timestamps(tmp_path, rate):
-    notes = is_tone(write(tmp_path / 'bag', tone(0.37 * rate, rate, 400 / rate)), 0.37 * rate)
-    stated = float(notes.split('Nyquist frequency ')[1].split()[0])
-    assert stated == pytest.approx(rate / 2.0, rel=1e-3)
-
-
 def test_times_of_recording_stand_for_timestamps_of_zero(tmp_path):
     made = [
         (time_ns, message('Imu', 0, each.angular_velocity.y)) for time_ns, each in tone(7.0, 50.0)

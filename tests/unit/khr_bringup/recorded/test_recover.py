@@ -3,7 +3,6 @@
 import shutil
 
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
@@ -157,22 +156,3 @@ def test_what_is_no_bag_is_one_line(tmp_path, name):
     with pytest.raises(KhrError, match='no bag; accepted'):
         recover(tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
-
-
-# ---- what a bag says of itself ----
-
-
-def test_metadata_names_the_distribution_and_what_was_offered(tmp_path):
-    recording = Recording(tmp_path / 'bag')
-    recording.add_topic('/imu/data_raw', 'sensor_msgs/msg/Imu')
-    recording.write_text('/scenario', 'text', 0)
-    recording.close()
-    text = (tmp_path / 'bag' / 'metadata.yaml').read_text()
-    information = yaml.safe_load(text)['rosbag2_bagfile_information']
-    assert information['ros_distro'] == 'jazzy'
-    depths = {
-        each['topic_metadata']['name']: each['topic_metadata']['offered_qos_profiles'][0]['depth']
-        for each in information['topics_with_message_count']
-    }
-    assert depths == {'/imu/data_raw': 500, '/scenario': 1}
-    assert b'ros_distro: rosbags' not in (tmp_path / 'bag' / 'bag.mcap').read_bytes()
