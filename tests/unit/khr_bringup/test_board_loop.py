@@ -8,9 +8,8 @@ from khr_bringup.board_loop import on_board
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
-from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, GYRO, ROBOT_DESCRIPTION
+from khr_common.interfaces import FOOT_FORCES, GYRO, ROBOT_DESCRIPTION
 from khr_hardware.parameters import BoardParameters
-from tests.support.served import BOARD_UNITS
 
 CONTROLLERS = {'ankle_controller', 'hip_controller'}
 MIXING = 'board.mixing=board'
@@ -52,17 +51,6 @@ def test_the_description_is_published():
     scenario = driven('stand_0deg')
     assert ROBOT_DESCRIPTION in scenario.driver.publishes
     assert '<robot' in Path(scenario.table(BoardParameters).urdf).read_text()
-
-
-def test_with_the_loop_on_the_board_it_has_the_gains_and_no_controller_runs():
-    scenario = driven('walk_9.7deg_ka12_kh13', MIXING, *BOARD_UNITS)
-    own = scenario.table(BoardParameters)
-    assert (own.ankle_ratio, own.hip_ratio, own.ad_offset) == (12, 13, -5)
-    assert not CONTROLLERS & set(scenario.nodes) and scenario.answers == ['gait']
-    assert BOARD_CORRECTION in scenario.driver.publishes
-    by_computer = driven('walk_9.7deg_ka12_kh13')
-    assert set(by_computer.nodes) >= CONTROLLERS
-    assert BOARD_CORRECTION not in by_computer.driver.publishes
 
 
 def test_a_controller_that_the_board_has_no_means_for_is_refused():

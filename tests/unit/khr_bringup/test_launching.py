@@ -9,6 +9,7 @@ from khr_analysis.referee import Decision
 from khr_bringup.launching import ARGUMENTS, check_names, prepare_bout, prepare_launch
 from khr_bringup.verdict import text_of
 from khr_common.errors import KhrError
+from khr_common.interfaces import BOARD_CORRECTION
 from tests.support.drivers import PENDULUM, install_example
 
 DEFAULTS = {name: default for name, (default, _) in ARGUMENTS.items()}
@@ -92,6 +93,7 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
     assert not {name for _, name, _ in launch.nodes} & {'simulator', 'gyro', 'ankle_controller'}
     board = yaml.safe_load(launch.parameters[0].read_text())['/**/board']['ros__parameters']
     assert (board['port'], board['ankle_ratio']) == ('/dev/ttyUSB7', 12)
+    assert BOARD_CORRECTION in launch.scenario.driver.publishes
     assert launch.wiring.values['board']['answers'] == ['gait']
     with pytest.raises(KhrError, match='board: not with driver'):
         prepare_launch({**DEFAULTS, **given, 'driver': PENDULUM})

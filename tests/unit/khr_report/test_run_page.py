@@ -166,20 +166,6 @@ def test_the_estimate_of_the_recovery_is_beside_the_truth_and_the_edges(series):
         axis = figure.axes[names.index(f'{ESTIMATE}{what}')]
         assert [round(float(line.get_ydata()[0])) for line in axis.lines] == places
     assert BALANCE in without and not any(name.startswith(ESTIMATE) for name in without)
-    run = replace(series, balance=balance, estimate=estimate)
-    with styled():
-        _, of_two = over_time({'A': run, 'B': run}, {})
-    own = [name for name in of_two if name.startswith(ESTIMATE)]
-    assert [name.rpartition(': ')[2] for name in own] == ['A', 'B'] * 2, 'each with its edges'
-
-
-def test_no_line_crosses_a_gap(series):
-    lost = (series.time > 3.0) & (series.time < 5.0)
-    with styled():
-        figure = overview(series.during(~lost), SCENARIO)
-    (line, *_) = figure.axes[0].lines
-    (place,) = np.flatnonzero(np.isnan(line.get_ydata()))
-    assert line.get_xdata()[place] == pytest.approx(4.0, abs=0.02)
 
 
 @pytest.fixture(scope='module')

@@ -125,7 +125,6 @@ def test_the_record_names_each_run_s_scenario(names, varied):
         (HEAD + 'cases: {a: {ankle_controller.gain: 3.0}}\n' + GRID, ['case and swept']),
         (HEAD + 'grid:\n  ankle_controller.gain: []\n', ['ankle_controller.gain', '[]', 'list']),
         (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 12]\n', ['12', '12.0']),
-        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 1.0]\n', ['1.0', 'once']),
         (
             HEAD + 'grid:\n  ankle_controller.gain: {start: 2.0, stop: 1.0, step: 1.0}\n',
             ['2.0', 'up to the stop'],
@@ -135,7 +134,6 @@ def test_the_record_names_each_run_s_scenario(names, varied):
             ['1e-320', 'at most'],
         ),
         (HEAD + RANDOM, ['samples', 'None', 'integer']),
-        (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing without']),
         (
             HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 3.0}\nsamples: 3\n',
             ['low below high'],

