@@ -6,17 +6,12 @@ what stands beside it. Whoever changes what a line is about runs its test as wel
 
 BY_NIGHT = {
     'tests/golden/test_hashes.py::test_emulated_processors_take': 'all hashes on this processor, and with its kernels',
-    'tests/graph/driver/test_run.py::test_system_time_jitter': 'late and lost samples of the board; a driver in lockstep',
     'tests/graph/test_board.py::test_the_board_closes_the_loop_itself': 'the loop on the board, stepped, against the twin',
     'tests/graph/test_bout.py::test_a_launched_round': 'bouts of the command; the files that a launch is given',
     'tests/graph/test_bout.py::test_each_robot_is_set_and_pushed': 'changes and pushes of a bout offline; one of a run that verifies',
     'tests/graph/test_live.py::test_realtime_keeps_the_wall_clock': 'real time that cannot be held',
     'tests/graph/test_namespaces.py::test_two_robots_have_the_results': 'two runs that do not meet',
     'tests/graph/test_page.py::test_a_phone_shows': 'the page on a wide screen; documents on a narrow one',
-    'tests/graph/test_page_charts.py::test_a_number_acts_on_enter_and_not_on_every_key[14.5': 'numbers of two digits',
-    'tests/graph/test_page_charts.py::test_a_number_acts_on_enter_and_not_on_every_key[7': 'numbers of two digits',
-    'tests/graph/test_page_charts.py::test_a_number_out_of_range_is_refused_in_the_words_of_the_command[Force': 'a gain',
-    'tests/graph/test_page_charts.py::test_a_number_out_of_range_is_refused_in_the_words_of_the_command[Inclination': 'a gain',
     'tests/graph/test_playback.py::test_two_runs_stand_side_by_side': 'one recording on the page; two robots in the report and in unit tests of the view',
     'tests/installation/test_colcon.py::': 'what the wheels hold; dependencies of the packages compared; the tests themselves',
     'tests/installation/test_wheels.py::test_docker_builds_the_image': 'what the wheels hold; it builds over the network',

@@ -6,24 +6,13 @@ import signal
 import pytest
 import yaml
 
-from khr_view.charts.charts import charts
 from khr_view.controls import tunables
-from khr_view.page.display import VIEWS
-from tests.support.browser import browser_page, chart, choose, labels, said, slider, viewed_run
+from tests.support.browser import browser_page, choose, labels, said, slider, viewed_run
 from tests.support.runs import Bag, finish, interrupt, khr, wait_for, wait_until_running
 
 pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
 SHORT = ('walk_0deg', '--pace', 4, '--set', 'gait.cycles=1')
 OF_LOCKSTEP = [each for each in tunables() if each.name != 'realtime_factor']
-# What the tests below operate, and those of test_page.py and test_page_charts.py.
-TESTED = {
-    *(each.label for each in tunables()),
-    *(each.title for each in charts()),
-    *('Spectrum', 'At the end', 'Force', 'Direction', 'Scenario'),
-    *('Forces and balance', 'See through the robot', 'Follow the robot', 'Dark'),
-}
-BUTTONS = {'Pause', 'Restart', 'Push', 'Switch', 'Charts as PNG', *VIEWS}
-LINKS = {'Signals as CSV', 'Spectrum as CSV'}
 
 
 @pytest.fixture(scope='module')
@@ -64,15 +53,6 @@ def test_it_restarts_with_the_next_seed_or_stays(page, viewed):
     said(page, '^finished, walked: press Restart$')
 
 
-def test_no_control_is_untested(page):
-    page.get_by_text('Choose', exact=True).click()
-    page.get_by_role('checkbox', name='Slip so far').wait_for()
-    assert {label.partition(', deg')[0].partition(', N')[0] for label in labels(page)} == TESTED
-    buttons = {each.inner_text() for each in page.get_by_role('button').all()} - {''}
-    assert buttons == BUTTONS
-    assert {each.inner_text() for each in page.get_by_role('link').all()} == LINKS
-
-
 @pytest.mark.parametrize('tunable', OF_LOCKSTEP, ids=lambda each: f'{each.node}.{each.name}')
 def test_a_control_changes_its_parameter(page, viewed, tunable):
     if tunable.name == 'enabled':
@@ -91,14 +71,6 @@ def test_a_control_changes_its_parameter(page, viewed, tunable):
     wait_for(lambda: value(viewed, *tunable.key) == wanted, label)
     thumb.press('ArrowLeft')
     thumb.press('ArrowLeft')
-
-
-def test_every_chart_can_be_shown_and_hidden(page):
-    for each in charts():
-        box = page.get_by_role('checkbox', name=each.title, exact=True)
-        for shown in (not each.shown, each.shown):
-            box.set_checked(shown)
-            chart(page, each.title).wait_for(state='visible' if shown else 'detached')
 
 
 def depth_of_controls(page):
