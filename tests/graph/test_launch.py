@@ -124,35 +124,22 @@ def test_a_launch_ends_by_itself_with_the_verdict(launched):
     assert len(Bag(launch.folder / 'bag')['/clock']) == 101
 
 
-@pytest.mark.parametrize('namespace', ['', 'lab/one'])
-def test_a_launch_runs_on_anybodys_driver(launched, namespace):
+def test_a_launch_runs_on_anybodys_driver_in_a_namespace(launched):
     launch = launched(
         scenario='stand_0deg',
         driver=PENDULUM,
         duration='3',
         expect='upright',
-        namespace=namespace,
+        namespace='lab/one',
         set='ankle_controller.enabled=true',
     )
     assert launch.wait() == 0, launch.text
     assert 'stand_0deg: upright, ended by duration' in launch.text
     assert 'judged_by sensors' in launch.text
     assert 'trajectory hash none: nothing was simulated' in launch.text
-    bag, above = Bag(launch.folder / 'bag'), f'/{namespace}'.rstrip('/')
-    assert len(bag[f'{above}/ankle_controller/correction']) > 100
-    assert bag[f'{above}/spectrum']
-
-
-def test_nodes_that_are_interrupted_alone_end_the_launch_whole(launched):
-    """As by a signal to the group of a launch in the background, which ignores it itself."""
-    launch = launched(scenario='stand_0deg', duration='600')
-    launch.wait_until_recording()
-    for child in launch.children:
-        child.send_signal(signal.SIGINT)
-    assert launch.wait() == 1
-    assert 'ended with 0' not in launch.text
-    assert 'SIGKILL' not in launch.text
-    assert Bag(launch.folder / 'bag')['/simulator/state'][-1][1].message == 'finished'
+    bag = Bag(launch.folder / 'bag')
+    assert len(bag['/lab/one/ankle_controller/correction']) > 100
+    assert bag['/lab/one/spectrum']
 
 
 def test_a_node_that_dies_ends_the_launch(launched):
@@ -181,13 +168,11 @@ def test_an_interrupted_launch_leaves_a_whole_bag(launched):
     assert '/chatter' not in bag
 
 
-@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
-def test_a_launch_that_is_killed_leaves_no_process_and_a_whole_bag(launched, number):
-    """At SIGTERM launch goes away at once as well."""
+def test_a_launch_that_is_killed_leaves_no_process_and_a_whole_bag(launched):
     launch = launched(scenario='stand_0deg', duration='600')
     launch.wait_until_recording()
     children = launch.children
-    launch.process.send_signal(number)
+    launch.process.kill()
     assert launch.wait() != 0
     wait_for(lambda: not any(child.is_running() for child in children), 'the end of all')
     assert len(Bag(launch.folder / 'bag')['/clock']) > 10

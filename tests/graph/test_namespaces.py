@@ -9,7 +9,7 @@ import pytest
 from khr_bringup.changes import changes_in
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import load_scenario
 from tests.support.namespaced import Robot, hash_in
 from tests.support.runs import Bag, call, wait_for, wait_until
 
@@ -35,31 +35,25 @@ def change_a_threshold(namespace):
     rclpy.try_shutdown(context=context)
 
 
-@pytest.fixture
-def robots(tmp_path, monkeypatch):
+def test_two_robots_have_the_results_that_they_have_alone(tmp_path, monkeypatch):
+    robots = {}
     with registered('two', tmp_path) as entry:
         own = {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path), 'KHR_RUN': ''}
         for key, value in own.items():
             monkeypatch.setenv(key, value)
-        found = {
-            name: Robot(
-                name,
-                scenarios.load_scenario(scenario).changed({('simulator', 'duration'): DURATION}),
-                tmp_path / name,
-            )
-            for name, scenario in ROBOTS.items()
-        }
-        yield found
-        for robot in found.values():
-            robot.kill()
-
-
-def test_two_robots_have_the_results_that_they_have_alone(robots):
-    for name in robots:
-        change_a_threshold(name)
-    for name, robot in robots.items():
-        code, out, err = robot.end()
+        try:
+            for name, scenario in ROBOTS.items():
+                chosen = load_scenario(scenario).changed({('simulator', 'duration'): DURATION})
+                robots[name] = Robot(name, chosen, tmp_path / name)
+            for name in robots:
+                change_a_threshold(name)
+            ended = {name: robot.end() for name, robot in robots.items()}
+        finally:
+            for robot in robots.values():
+                robot.kill()
+    for name, (code, out, err) in ended.items():
         assert code == 0, err
+        robot = robots[name]
         assert hash_in(out) == run_offline(robot.scenario).trajectory_hash
         bag = Bag(robot.folder / 'bag')
         assert len(bag[f'/{name}/clock']) == INSTANTS

@@ -37,7 +37,7 @@ def change(node, **values):
     return node.set_parameters_atomically(changes)
 
 
-@pytest.mark.parametrize('name', ['simulator', 'gyro', 'gait'])
+@pytest.mark.parametrize('name', ['simulator', 'gyro'])
 def test_ranges_are_in_the_descriptors_as_far_as_these_can_hold_them(nodes, name):
     for key, each in specifications(nodes[name].table).items():
         descriptor = nodes[name].describe_parameter(key)
@@ -113,17 +113,6 @@ def test_a_parameter_that_is_fixed_during_a_run_is_read_only_for_ros(nodes):
 def test_what_is_accepted_reaches_the_node(nodes):
     assert change(nodes['simulator'], push_link='l_sole', push_point=[0.0, 0.1, 0.0]).successful
     assert nodes['simulator'].parameters.push_point == (0.0, 0.1, 0.0)
-
-
-@pytest.mark.parametrize('flow', ['latched'])
-def test_latched_topics_keep_their_newest_entry_alone(nodes, flow):
-    for name, node in nodes.items():
-        latched = {topic.name for topic in registry()[name].spec.publishes if topic.flow == flow}
-        for publisher in node.publishers:
-            if publisher.topic_name.lstrip('/') in latched:
-                assert publisher.qos_profile.depth == 1
-                latched.remove(publisher.topic_name.lstrip('/'))
-        assert not latched
 
 
 def test_overrides_of_qos_are_refused_as_what_no_node_takes(tmp_path):

@@ -6,8 +6,7 @@ import pytest
 
 from khr_analysis.recorder_parameters import RECORDER
 from khr_bringup.graph.run_registry import registered
-from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, READY
-from khr_sim.sensors import GYRO as GYRO_NODE
+from khr_common.interfaces import DIAGNOSTICS, READY
 from tests.support.runs import Bag, wait_for
 
 TOPICS = 'clock rosgraph_msgs/msg/Clock period, imu/data_raw sensor_msgs/msg/Imu period'
@@ -151,71 +150,3 @@ def test_a_clock_that_goes_back_ends_the_run_by_name(sources):
     sources.until(lambda: sources.recorder.failure, 'the failure')
     assert sources.recorder.failure == 'clock: time went back from 2.000 s to 0.000 s'
     sources.recorder.close()
-
-
-class SameProcess:
-    """A recorder that knows the node beside it, and a stranger that publishes on its topic."""
-
-    def __init__(self, folder):
-        import rclpy
-        from rclpy.experimental.events_executor import EventsExecutor
-        from sensor_msgs.msg import Imu
-
-        from khr_common.nodes.messages import restamp
-        from khr_common.nodes.node import KhrNode
-
-        self.recorder, self.node = resolve_name(RECORDER.node)(RECORDER), KhrNode(GYRO_NODE)
-        self.clock, self.gyro = self.node.output(CLOCK), self.node.output(GYRO)
-        self.recorder.join([self.node])
-        self.stranger, self.folder = rclpy.create_node('stranger'), folder
-        self.message, self._restamp = Imu(), restamp
-        self._executor = EventsExecutor()
-        for node in (self.recorder, self.node, self.stranger):
-            self._executor.add_node(node)
-
-    def until(self, condition, what):
-        wait_for(lambda: self._executor.spin_once(0.02) or condition(), what)
-
-    def publish(self, seconds):
-        for output in (self.clock, self.gyro):
-            output.fill(round(seconds * 1e9), [0.0] * 3 if output is self.gyro else [])
-            output.send()
-
-    def publish_strange(self, publisher, seconds):
-        self._restamp(self.message.header.stamp, round(seconds * 1e9))
-        publisher.publish(self.message)
-
-    def times(self):
-        """Close the bag; return the times of the gyro in it, s."""
-        self.recorder.close()
-        return [time_ns / 1e9 for time_ns, _ in Bag(self.folder)['/imu/data_raw']]
-
-
-@pytest.fixture
-def same_process(ros):
-    return SameProcess(ros)
-
-
-def test_messages_of_the_same_process_need_no_subscription(same_process):
-    for seconds in (1.0, 2.0):
-        same_process.publish(seconds)
-        same_process.publish(seconds)  # repeated, as by a simulator that waits for others
-    same_process.gyro.send()
-    assert same_process.node.count_subscribers('imu/data_raw') == 0
-    assert same_process.times() == [1.0, 2.0]
-
-
-def test_a_topic_of_the_same_process_that_others_publish_too_has_each_message_once(same_process):
-    same_process.publish(1.0)
-    strange = same_process.stranger.create_publisher(type(same_process.message), GYRO.name, 10)
-    same_process.until(strange.get_subscription_count, 'the recorder')
-    for seconds in (2.0, 3.0):  # both are under way before the first is received
-        same_process.publish(seconds)
-    same_process.publish_strange(strange, 4.0)
-    received = len(same_process.recorder._own['/imu/data_raw'])
-    assert received == 2
-    same_process.until(lambda: not same_process.recorder._own['/imu/data_raw'], 'both again')
-    same_process.until(
-        lambda: same_process.recorder._stamps[f'/{GYRO.name}'] == 4e9, 'the stranger'
-    )
-    assert same_process.times() == [1.0, 2.0, 3.0, 4.0]

@@ -105,38 +105,6 @@ sys.exit(spin.run_node(GYRO))
 """
 
 
-# Its threads receive while there is a participant.
-LETS_GO = """
-from pathlib import Path
-from khr_common.nodes import spin
-from khr_sim.sensors import GYRO
-
-def threads():
-    names = [each.read_text().strip() for each in Path('/proc/self/task').glob('*/comm')]
-    return sum(name.startswith('dds.') and name != 'dds.shm.wdog' for name in names)
-
-def take(spinner, executor):
-    print(threads())
-    spinner.interrupt()
-
-spin.SpinUntilIdle.take = take
-spin.run_node(GYRO)
-print(threads())
-"""
-
-
-# Who started it is gone, and the middleware hangs.
-ABANDONED = """
-import time
-from khr_common.nodes import spin
-from khr_sim.sensors import GYRO
-
-spin.SpinUntilIdle.take = lambda spinner, executor: spinner.abandon()
-spin._leave = lambda *_: time.sleep(60.0)
-spin.run_node(GYRO)
-"""
-
-
 def run_python(text):
     return subprocess.run(
         [sys.executable, '-c', text],
@@ -151,19 +119,9 @@ def test_a_process_that_does_not_get_away_is_ended_once_it_has_closed():
     assert run_python(STUCK).returncode == -signal.SIGALRM
 
 
-def test_the_middleware_is_gone_before_the_process_ends():
-    running, left = map(int, run_python(LETS_GO).stdout.split())
-    assert running > 3
-    assert left == 0
-
-
 def test_a_signal_at_any_moment_ends_a_turn():
     done = run_python(INTERRUPTED)
     assert int(done.stdout) > 5, done.stderr
-
-
-def test_an_orphan_that_has_closed_does_not_wait_for_the_middleware():
-    assert run_python(ABANDONED).returncode == 1
 
 
 def test_an_orphan_waits_for_nobody_before_it_closes():

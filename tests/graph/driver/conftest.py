@@ -21,7 +21,7 @@ def stand_on(with_example, tmp_path_factory):
     def run(driver, *arguments):
         folder = tmp_path_factory.mktemp('driven') / 'run'
         ended = khr(
-            *('run', 'stand_0deg', '--driver', driver, '--duration', 4, '--out', folder),
+            *('run', 'stand_0deg', '--driver', driver, '--duration', 3, '--out', folder),
             *('--set', 'ankle_controller.enabled=true', '--expect', 'upright', *arguments),
             folder=folder,
         )

@@ -2,9 +2,7 @@
 
 import json
 import re
-from math import tau
 
-import numpy as np
 import pytest
 
 from khr_balance.controllers import ANKLE_CONTROLLER
@@ -29,37 +27,12 @@ def roughly_driven(stand_on):
     return stand_on(ROUGH)
 
 
-def test_what_has_no_truth_says_so(driven):
+def test_what_has_no_truth_says_so_in_outcome_and_report_and_is_not_verified(driven):
     outcome = json.loads((driven.folder / 'outcome.json').read_text())
     assert (outcome['verdict'], outcome['judged_by']) == ('upright', 'sensors')
     assert 'distance_m' not in outcome
     assert driven.hash == 'none: nothing was simulated'
     assert f'on {PENDULUM}' in driven.out
-
-
-def test_a_run_on_a_driver_begins_and_ends_by_its_clock(driven):
-    """Whenever the recorder has found the driver."""
-    bag = driven.bag()
-    states = [message for _, message in bag['/simulator/state']]
-    assert [state.message for state in states][-2:] == ['running', 'finished']
-    values = {pair.key: pair.value for pair in states[-1].values}
-    assert values['time_ns'] == '4005000000'  # the first instant that is not before the end
-    stamps = [stamp_ns(message) for _, message in bag['/clock']]
-    assert stamps == list(range(stamps[0], stamps[-1] + 1, 15_000_000))
-    assert len(bag['/imu/data_raw']) > 100
-
-
-def test_corrections_answer_what_the_driver_measured(driven):
-    """As the same law does without a graph, bit for bit."""
-    scenario = load_scenario('stand_0deg').changed({('ankle_controller', 'enabled'): True})
-    check_corrections(driven.bag(), scenario, start=0)  # as its clock does
-
-
-def test_the_spectrum_is_that_of_the_driver(driven):
-    assert strongest(driven.bag())[0] == pytest.approx(SHAKEN, abs=0.05)
-
-
-def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
     report = khr_here('report', driven.folder)
     assert (report.code, report.err) == (0, '')
     lines = khr_here('lines', driven.folder)
@@ -71,34 +44,36 @@ def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
     assert 'nothing was simulated: it ran on a driver' in verified.err
 
 
+def test_a_run_on_a_driver_begins_and_ends_by_its_clock_and_answers_what_it_measured(driven):
+    """Whenever the recorder has found the driver; corrections as without a graph, bit for bit."""
+    bag = driven.bag()
+    states = [message for _, message in bag['/simulator/state']]
+    assert [state.message for state in states][-2:] == ['running', 'finished']
+    values = {pair.key: pair.value for pair in states[-1].values}
+    assert values['time_ns'] == '3000000000'  # the first instant that is not before the end
+    stamps = [stamp_ns(message) for _, message in bag['/clock']]
+    assert stamps == list(range(stamps[0], stamps[-1] + 1, 15_000_000))
+    assert len(bag['/imu/data_raw']) > 100
+    check_corrections(bag, start=0)  # as its clock does
+    assert strongest(bag) == pytest.approx(SHAKEN, abs=0.05)
+
+
 def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_corrections(
-    roughly_driven, driven
+    roughly_driven,
 ):
-    scenario = load_scenario('stand_0deg').changed({('ankle_controller', 'enabled'): True})
     bag = roughly_driven.bag()
     first = min(stamp_ns(message) for _, message in bag['/ankle_controller/correction'])
     assert first > 10**18
-    check_corrections(bag, scenario)
-    for each in (bag, driven.bag()):
-        frequency, amplitude = strongest(each)
-        assert frequency == pytest.approx(SHAKEN, abs=0.05)
-        assert amplitude == pytest.approx(fitted(each, frequency), rel=0.05)
-
-
-def test_a_bag_on_system_time_has_only_times_of_its_run(roughly_driven):
-    """Its scenario and the first lines of its log too, so that players show no half a century."""
-    bag = roughly_driven.bag()
+    check_corrections(bag)
+    assert strongest(bag) == pytest.approx(SHAKEN, abs=0.05)
     times = [time_ns for topic in bag for time_ns, _ in bag[topic]]
     assert '/scenario' in bag and '/rosout' in bag
-    assert max(times) - min(times) < 60 * 10**9
+    assert max(times) - min(times) < 60 * 10**9, 'players show no half a century'
 
 
-def test_a_best_effort_sensor_is_received_and_named(roughly_driven):
+def test_a_best_effort_sensor_is_received_and_named_once(roughly_driven):
     assert len(roughly_driven.bag()['/imu/data_raw']) > 100
     assert 'imu/data_raw: published best effort' in roughly_driven.err
-
-
-def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
     log = (roughly_driven.folder / 'log' / 'graph.log').read_text()
     warned = re.findall(r'\[(\w+)\]: imu/data_raw: published best effort', log)
     assert warned and len(warned) == len(set(warned)), 'each node once'
@@ -107,11 +82,11 @@ def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
 
 def test_in_lockstep_every_instant_is_answered_and_a_run_repeats_bit_for_bit(stand_on):
     """Whatever the computer does beside it: once with a process for each node."""
-    lockstep = ('--set', 'simulator.sync=lockstep', '--duration', 2)
+    lockstep = ('--set', 'simulator.sync=lockstep', '--duration', 1)
     first, second = (
         instants(stand_on(PATIENT, *lockstep, *more).bag()) for more in ((), ('--processes',))
     )
-    due = [15_000_000 * number for number in range(BEGUN, 134)]
+    due = [15_000_000 * number for number in range(BEGUN, 67)]
     assert all(list(stamps) == due for stamps in first.values())
     assert first == second
 
@@ -123,38 +98,27 @@ def instants(bag):
         f'/{topic}': {
             stamp_ns(message): message.position.tolist()
             for _, message in bag[f'/{topic}']
-            if BEGUN * 15_000_000 <= stamp_ns(message) <= 2e9
+            if BEGUN * 15_000_000 <= stamp_ns(message) <= 1e9
         }
         for topic in topics
     }
 
 
 def strongest(bag):
-    """Return frequency and amplitude of the strongest peak, at the end."""
+    """Return the frequency of the strongest peak, at the end."""
     peak = {pair.key: pair.value for pair in bag['/spectrum/peaks'][-1][1].status[0].values}
-    return float(peak['frequency_hz']), float(peak['amplitude_rad_s'])
+    return float(peak['frequency_hz'])
 
 
-def fitted(bag, frequency):
-    """Return the amplitude of a tone in the rates of the last spectrum's window, by fit."""
-    end = stamp_ns(bag['/spectrum/peaks'][-1][1])
-    rates = {stamp: numbers[1] for stamp, numbers in samples_of(bag, GYRO).items()}
-    times = np.array([(stamp - end) / 1e9 for stamp in rates])
-    within = (times > -2.31) & (times <= 0.0)
-    turn, values = tau * frequency * times[within], np.array(list(rates.values()))[within]
-    waves = np.column_stack([np.cos(turn), np.sin(turn), np.ones(turn.size)])
-    found, *_ = np.linalg.lstsq(waves, values, rcond=None)
-    return float(np.hypot(*found[:2]))
-
-
-def check_corrections(bag, scenario, above='', start=None):
+def check_corrections(bag, start=None):
     """Compare each with what the same law makes of the samples, from its first answer on.
 
     Its time begins at ``start``, ns, by default with that answer.
     """
+    scenario = load_scenario('stand_0deg').changed({('ankle_controller', 'enabled'): True})
     block = ANKLE_CONTROLLER.block(scenario.table(ANKLE_CONTROLLER.table))
-    samples = {topic: samples_of(bag, topic, above) for topic in (GYRO, *FOOT_FORCES)}
-    answered = bag[f'{above}/ankle_controller/correction']
+    samples = {topic: samples_of(bag, topic) for topic in (GYRO, *FOOT_FORCES)}
+    answered = bag['/ankle_controller/correction']
     answers = {stamp_ns(m): m.position.tolist() for _, m in answered}
     whole = [stamp for stamp in samples[GYRO] if all(stamp in each for each in samples.values())]
     assert len(set(answers) & set(whole)) > 100
@@ -167,9 +131,9 @@ def check_corrections(bag, scenario, above='', start=None):
             assert answers[stamp] == expected
 
 
-def samples_of(bag, topic, above=''):
+def samples_of(bag, topic):
     def numbers(message):
         vector = message.angular_velocity if topic == GYRO else message.wrench.force
         return vector.x, vector.y, vector.z
 
-    return {stamp_ns(message): numbers(message) for _, message in bag[f'{above}/{topic.name}']}
+    return {stamp_ns(message): numbers(message) for _, message in bag[f'/{topic.name}']}
