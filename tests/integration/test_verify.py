@@ -5,7 +5,6 @@ import json
 import random
 import shutil
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -129,7 +128,7 @@ def test_a_run_is_repeated_with_what_was_changed_and_pushed(run, tmp_path, capsy
     assert 'pushed t=0.3 duration=0.1 link=base_link frame=odom force=1.0,0.0,0.0' in out
 
 
-@pytest.mark.parametrize('after_ns', [-1, 0, 150_000_000])
+@pytest.mark.parametrize('after_ns', [-1, 150_000_000])
 def test_a_change_acts_from_the_instant_that_its_node_reports(run, tmp_path, capsys, after_ns):
     folder = retold(run, tmp_path, ('/diagnostics', reported(*CHANGED, after_ns=after_ns)))
     assert verify(folder) == 1
@@ -146,26 +145,12 @@ def speed(message):
     message.twist.twist.linear.x += 1e-15
 
 
-def velocity(message):
-    message.velocity = message.velocity + np.eye(17)[3] * 1e-12
-
-
 def effort(message):
     message.effort = message.effort * 2.0
 
 
-def correction(message):
-    message.position = message.position + 1e-15
-
-
 @pytest.mark.parametrize(
-    ('topic', 'harm'),
-    [
-        ('/ground_truth/odom', speed),
-        ('/joint_states', velocity),
-        ('/joint_states', effort),
-        ('/ankle_controller/correction', correction),
-    ],
+    ('topic', 'harm'), [('/ground_truth/odom', speed), ('/joint_states', effort)]
 )
 def test_a_number_that_the_run_did_not_have_is_found(run, tmp_path, capsys, topic, harm):
     def changed(each, number, message):
@@ -194,7 +179,6 @@ def test_messages_that_are_missing_are_found(run, tmp_path, capsys, left_out, sa
     [
         ('outcome.json', '"trajectory_hash": "', '"trajectory_hash": "0', 'trajectory_hash: 0'),
         ('outcome.json', '"stood"', '"fell"', 'verdict: fell, by the bag stood'),
-        ('outcome.json', '"time_s": 0.3', '"time_s": 0.4', 'time_s: 0.4'),
         ('outcome.json', '{', '[', 'not readable'),
         ('scenario.yaml', 'gain', 'gaim', 'not the scenario that the bag has'),
     ],
@@ -240,8 +224,6 @@ def test_a_run_against_the_wall_clock_is_not_repeated(run, text, tmp_path):
     ('before', 'after', 'says'),
     [
         ('noise:', 'hiss:', 'hiss'),
-        ('    stretch_knee: 75\n', '', 'simulator.stretch_knee'),
-        ('motion: stand', 'motion: jump', 'jump'),
         ('/**/', '[', 'YAML'),
         (MARK, f'{MARK}0', 'its code version is 0'),
     ],
@@ -252,7 +234,7 @@ def test_another_version_s_scenario_is_refused(run, text, tmp_path, before, afte
     assert 'another version of the project' in found and says in found
 
 
-@pytest.mark.parametrize('name', ['arithmetic', 'numpy', 'pybullet'])
+@pytest.mark.parametrize('name', ['arithmetic', 'numpy'])
 def test_a_run_made_in_another_arithmetic_or_with_another_library_says_so(
     run, text, tmp_path, name
 ):
@@ -276,7 +258,6 @@ def test_a_run_that_differs_names_what_else_was_otherwise(run, text, tmp_path, c
     'state_of_end',
     [
         state('running', time_ns='0'),
-        state('finished', trajectory_hash='', time_ns='0'),
         state('finished', trajectory_hash='0' * 64, time_ns='3x00000000'),
     ],
 )
@@ -286,17 +267,11 @@ def test_a_bag_without_scenario_or_end_is_refused(text, tmp_path, state_of_end):
     assert 'no end' in refused(make_bag(tmp_path / 'b', text, state))
 
 
-def test_a_bag_without_the_states_of_the_robot_is_refused(run, text, tmp_path):
-    assert 'neither poses nor joints' in refused(make_bag(tmp_path, text, end(run)))
-
-
-def test_what_is_no_bag_is_refused(tmp_path):
+def test_what_holds_no_run_is_refused_as_such(run, text, tmp_path):
+    assert 'neither poses nor joints' in refused(make_bag(tmp_path / 'few', text, end(run)))
     (tmp_path / 'text.mcap').write_text('no bag')
     assert 'cut or damaged' in refused(tmp_path / 'text.mcap')
     assert 'not there' in refused(tmp_path / 'absent')
-
-
-def test_a_run_without_a_bag_is_refused_as_such(tmp_path):
     (tmp_path / 'outcome.json').write_text('{}')
     assert 'no bag in it: an --offline or --no-record run leaves none' in refused(tmp_path)
 
@@ -328,11 +303,11 @@ def flips(run, count, seed):
         path.write_bytes(content)
 
 
-def test_of_a_thousand_changed_bytes_each_is_found_or_harmless(run, tmp_path):
+def test_of_300_changed_bytes_each_is_found_or_harmless(run, tmp_path):
     folder = tmp_path / 'run'
     shutil.copytree(run, folder)
     before, harmless = signals(folder / 'bag'), 0
-    for flip in flips(folder, 1000, seed=0):
+    for flip in flips(folder, 300, seed=0):
         try:
             check_bag(folder / 'bag')
         except KhrError as error:
@@ -340,7 +315,7 @@ def test_of_a_thousand_changed_bytes_each_is_found_or_harmless(run, tmp_path):
         else:
             harmless += 1
             assert signals(folder / 'bag') == before, flip
-    assert harmless < 50, 'spaces, and what YAML reads alike'
+    assert harmless < 15, 'spaces, and what YAML reads alike'
 
 
 @given(st.data())
@@ -357,15 +332,13 @@ def test_a_bag_cut_anywhere_is_refused(run, tmp_path_factory, data):
 SUMS = {'messages': 'data_section_crc', 'summary': 'summary_crc'}
 
 
-@pytest.mark.parametrize('of', [('messages',), ('summary',), ('messages', 'summary')])
+@pytest.mark.parametrize('of', ['messages', 'summary'])
 def test_a_bag_of_the_recorder_has_both_checksums(run, tmp_path, of):
     file = tmp_path / 'bag.mcap'
     content = (run / 'bag' / 'bag.mcap').read_bytes()
-    for each in of:
-        value = checksums(content)[SUMS[each]].to_bytes(4, 'little')
-        assert content.count(value) == 1
-        content = content.replace(value, bytes(4))
-    file.write_bytes(content)
+    value = checksums(content)[SUMS[of]].to_bytes(4, 'little')
+    assert content.count(value) == 1
+    file.write_bytes(content.replace(value, bytes(4)))
     assert 'a checksum is missing' in refused(file)
 
 
@@ -375,16 +348,12 @@ def checksums(content):
     return {name: value for each in found for name, value in each.items() if name in SUMS.values()}
 
 
-@pytest.mark.parametrize('with_metadata', [True, False])
-def test_a_bag_that_another_tool_has_written_again_is_compared(
-    run, tmp_path, capsys, with_metadata
-):
+def test_a_bag_that_another_tool_has_written_again_is_compared(run, tmp_path, capsys):
     """rosbag2 too gives a checksum of the summary, and none of all messages."""
     bag = tmp_path / 'bag'
     bag.mkdir()
     mend(run / 'bag' / 'bag.mcap', bag / 'bag.mcap')
-    if with_metadata:
-        shutil.copy(run / 'bag' / 'metadata.yaml', bag)
+    shutil.copy(run / 'bag' / 'metadata.yaml', bag)
     found = checksums((bag / 'bag.mcap').read_bytes())
     assert not found['data_section_crc'] and found['summary_crc']
     assert verify(bag) == verify(bag / 'bag.mcap') == 0
@@ -403,19 +372,14 @@ def test_bytes_changed_in_a_bag_of_another_tool_are_found(run, tmp_path):
     assert 'Chunk checksum mismatch' in refused(file)
 
 
-def test_a_bag_without_its_metadata_is_compared_and_says_so(run, tmp_path, capsys):
-    bag = tmp_path / 'bag'
-    shutil.copytree(run / 'bag', bag)
-    (bag / 'metadata.yaml').unlink()
-    assert verify(bag) == 0
-    assert capsys.readouterr().out.startswith('metadata.yaml is missing: only the checksums')
-
-
-def test_metadata_that_are_not_those_of_the_file_are_refused(run, tmp_path):
+def test_metadata_of_another_file_are_refused_and_missing_ones_said(run, tmp_path, capsys):
     bag = tmp_path / 'bag'
     shutil.copytree(run / 'bag', bag)
     metadata = bag / 'metadata.yaml'
     text = metadata.read_text()
+    metadata.unlink()
+    assert verify(bag) == 0
+    assert capsys.readouterr().out.startswith('metadata.yaml is missing: only the checksums')
     for other, says in (
         (text.replace('message_count: 21', 'message_count: 22', 1), 'topics_with_message_count'),
         ('[', 'not readable'),
