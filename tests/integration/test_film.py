@@ -2,7 +2,7 @@
 
 import json
 import weakref
-from math import nan, pi
+from math import pi
 
 import numpy as np
 import pytest
@@ -17,11 +17,9 @@ from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render, render_run, save_gif
 from khr_report.film.overlay import (
-    COLORS,
     FAINT,
     LEFT,
     MASS,
-    POINTS,
     PRESSURE,
     RIGHT,
     SHOWN,
@@ -66,7 +64,7 @@ def near(picture, spot, color, reach=6):
     return int((np.abs(part - color).max(axis=-1) < 0.2).sum())
 
 
-@pytest.mark.parametrize('yaw', [2.2, 0.7, -2.2])
+@pytest.mark.parametrize('yaw', [2.2, -2.2])
 def test_the_feet_are_where_the_run_has_them_and_told_apart(walked, yaw):
     scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
     for frame in walked[::25]:
@@ -90,7 +88,7 @@ def test_a_point_of_odom_is_where_the_renderer_puts_it():
     assert seen[2, 1] < 140.0
 
 
-@pytest.mark.parametrize('degrees', [-5.0, 0.0, 8.0])
+@pytest.mark.parametrize('degrees', [-5.0, 8.0])
 def test_the_level_line_and_the_slope_are_drawn_at_the_inclination(degrees):
     (frame,) = frames(short(0.0149).changed({('simulator', 'inclination_deg'): degrees}))[-1:]
     camera = Look().camera(frame.truth)
@@ -100,9 +98,8 @@ def test_the_level_line_and_the_slope_are_drawn_at_the_inclination(degrees):
     assert np.degrees(np.arctan2(lower - y, further - x)) == pytest.approx(degrees, abs=0.2)
 
 
-@pytest.mark.parametrize('degrees', [0.0, 8.0])
-def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles(degrees):
-    frame = frames(short(0.03).changed({('simulator', 'inclination_deg'): degrees}))[-1]
+def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles():
+    frame = frames(short(0.03).changed({('simulator', 'inclination_deg'): 8.0}))[-1]
     thrown = Shadow(Robot.load()).on_slope(frame.truth).reshape(-1, 3)
     normal = matrix(pitched(frame.truth.inclination))[:, 2]
     assert np.abs(thrown @ normal).max() < 1e-12
@@ -148,15 +145,10 @@ def test_the_overlay_shows_the_balance_from_above_and_over_time(kept):
         (rate, PRESSURE),
     ):
         assert (np.abs(part - color).max(axis=-1) < 30).sum() > 20
-
-
-def test_the_centre_of_mass_is_drawn_over_the_robot():
-    kept = frames(short(0.03))
-    overlay, camera = Overlay(short(), kept, 720), Look().camera(kept[-1].truth)
     robot = Image.new('RGB', (960, 720), 'black')
     overlay.draw(robot, kept[-1], camera)
     center = camera.pixels(overlay._balances[-1].center_of_mass)
-    assert near(np.asarray(robot), center, np.divide(MASS, 255.0)) > 80
+    assert near(np.asarray(robot), center, np.divide(MASS, 255.0)) > 80, 'over the robot'
 
 
 def test_corrections_are_drawn_with_their_constant_part(kept):
@@ -230,7 +222,7 @@ def test_a_film_holds_few_pictures_in_memory(tmp_path):
     assert all(each.stat().st_size for each in files)
 
 
-@pytest.mark.parametrize('rate', [4.0, 24.0, 30.0, 40.0, 60.0])
+@pytest.mark.parametrize('rate', [24.0, 60.0])
 def test_a_gif_lasts_as_long_as_its_part(rate, tmp_path):
     shades = (Image.new('RGB', (64, 64), (each, 255 - each, 0)) for each in range(0, 240, 5))
     sample = Image.new('RGB', (64, 64), (120, 135, 0))
@@ -241,16 +233,6 @@ def test_a_gif_lasts_as_long_as_its_part(rate, tmp_path):
             gif.seek(number)
             lasts.append(gif.info['duration'])
     assert sum(lasts) == pytest.approx(48e3 / rate, abs=10.0) and min(lasts) >= 20
-
-
-def test_a_gif_keeps_the_colours_of_the_balance():
-    assert {color for _, color, _ in POINTS} <= set(COLORS)
-
-
-def test_still_is_one_picture(folder, tmp_path):
-    (path,) = render_run(str(folder), tmp_path / 'deep' / 'still.png', 0.1, size=SMALL)
-    with Image.open(path) as picture:
-        assert picture.size == SMALL[:2]
 
 
 def test_run_that_does_not_repeat_is_an_error(folder):
@@ -267,9 +249,7 @@ def test_run_that_does_not_repeat_is_an_error(folder):
         ({'size': (95, 80, 20.0)}, '--width'),
         ({'size': (96, 80, 0.0)}, '--rate'),
         ({'size': (962, 80, 9.0), 'against': 'walk_3deg'}, r'--width: 962 .* \[64, 960\]'),
-        ({'size': SMALL, 'against': 'nosuch'}, 'nosuch'),
         ({'still': 9.0, 'size': SMALL}, '--still'),
-        ({'still': nan, 'size': SMALL}, '--still'),
         ({'part': (5.0, 6.0), 'size': SMALL}, '--start'),
         ({'part': (0.1, 0.05), 'size': SMALL}, '--end'),
     ],
@@ -304,5 +284,6 @@ def test_a_recorded_run_is_filmed_as_it_was_recorded_changes_and_all(tmp_path):
         assert [frame.time for frame in kept] == pytest.approx(series.time.tolist())
         assert np.array_equal([frame.truth.joint_position for frame in kept], series.joints)
         assert np.array_equal([frame.corrections for frame in kept], series.correction)
-    (still,) = render_run(str(folder / 'bag'), tmp_path / 'still.png', 0.3, size=SMALL)
-    assert still.is_file()
+    (still,) = render_run(str(folder / 'bag'), tmp_path / 'deep' / 'still.png', 0.3, size=SMALL)
+    with Image.open(still) as picture:
+        assert picture.size == SMALL[:2]
