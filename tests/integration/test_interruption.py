@@ -49,12 +49,7 @@ def verb():
 
 @pytest.mark.parametrize(
     ('verb', 'number'),
-    [
-        (WAITING, signal.SIGINT),
-        (WAITING, signal.SIGTERM),
-        (DESTRUCTOR, signal.SIGTERM),
-        (IMPORT, signal.SIGINT),
-    ],
+    [(WAITING, signal.SIGINT), (DESTRUCTOR, signal.SIGTERM), (IMPORT, signal.SIGINT)],
 )
 def test_a_signal_is_exit_code_130_without_a_traceback(tmp_path, verb, number):
     code = SCRIPT.format(verb=verb.format(number=int(number)), number=int(number))

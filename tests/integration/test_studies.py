@@ -31,10 +31,16 @@ PATIENCE = 900.0  # s, on a machine that does other work as well
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
 
 
-def khr(place, *arguments):
-    """Reproduce in the quick form."""
+@pytest.fixture(scope='module')
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp('reproduction')
+
+
+@pytest.fixture(scope='module')
+def done(place):
+    """Reproduce everything in the quick form."""
     return subprocess.run(
-        [*KHR, 'reproduce', '--fast', '--engine', ENGINE, *arguments],
+        [*KHR, 'reproduce', '--fast', '--engine', ENGINE],
         cwd=place,
         text=True,
         capture_output=True,
@@ -43,75 +49,52 @@ def khr(place, *arguments):
     )
 
 
-@pytest.fixture(scope='module')
-def place(tmp_path_factory):
-    return tmp_path_factory.mktemp('reproduction')
-
-
-@pytest.fixture(scope='module')
-def done(place):
-    """Reproduce everything."""
-    return khr(place)
-
-
 def rows(path):
     with path.open(encoding='utf-8') as file:
         return list(csv.DictReader(file))
 
 
 @pytest.mark.nightly
-def test_it_succeeds_and_prints_the_page_and_the_time(done):
+def test_every_figure_and_map_is_a_picture_with_its_numbers(done, place):
     assert done.returncode == 0, done.stderr
-    total = len(FIGURES) + len(parse_plan(None, True).maps)
+    maps = parse_plan(None, True).maps
+    total = len(FIGURES) + len(maps)
     assert f'{total} of {total} figures' in done.stdout
     assert done.stdout.startswith('report/index.html: ') and done.stdout.count('\n') == 1
     assert 'fitted rows' in done.stdout
     assert 'Traceback' not in done.stderr
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize('number', FIGURES)
-def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
-    image, table = paths(number, place / 'report' / 'figures', ENGINE)
-    assert image.stat().st_size > 10_000
-    content = rows(table)
-    assert len(content) > 1  # the quick form may have one walk and its median
-    assert all(math.isfinite(float(row['x'])) and row['curve'] for row in content)
-    assert any(math.isfinite(float(row['y'])) for row in content)
-
-
-@pytest.mark.nightly
-def test_every_map_is_a_picture_with_its_numbers(done, place):
-    assert parse_plan(None, True).maps
-    for name in parse_plan(None, True).maps:
+    figures = place / 'report' / 'figures'
+    for number in FIGURES:
+        image, table = paths(number, figures, ENGINE)
+        assert image.stat().st_size > 10_000, number
+        content = rows(table)
+        assert len(content) > 1, number  # the quick form may have one walk and its median
+        assert all(math.isfinite(float(row['x'])) and row['curve'] for row in content), number
+        assert any(math.isfinite(float(row['y'])) for row in content), number
+    assert maps
+    for name in maps:
         assert name.startswith(MAP)
-        assert (place / 'report' / 'figures' / f'{name}.png').stat().st_size > 10_000
-        assert (
-            sum(int(row['runs']) for row in rows(place / 'report' / 'figures' / f'{name}.csv')) > 0
-        )
+        assert (figures / f'{name}.png').stat().st_size > 10_000
+        assert sum(int(row['runs']) for row in rows(figures / f'{name}.csv')) > 0
 
 
 @pytest.mark.nightly
-def test_every_row_of_the_scoreboard_is_there(done, place):
-    board = read_json(place / 'report' / 'scoreboard.json', Scoreboard)
+def test_the_page_and_the_findings_hold_every_figure_and_row(done, place):
+    report = place / 'report'
+    board = read_json(report / 'scoreboard.json', Scoreboard)
     assert any(row['verdict'] == 'passed' for row in board.rows)
     assert len(board.walks) == len(WALKS) and len(board.trends) == len(TRENDS)
     assert [(row['condition'], row['thesis_deg']) for row in board.limits[:-1]] == [
         (row.condition.title, row.thesis_deg) for row in LIMITS
     ]
-    text = (place / 'report' / 'scoreboard.md').read_text(encoding='utf-8')
-    assert text == scoreboard_markdown(board)
-
-
-@pytest.mark.nightly
-def test_the_page_and_the_findings_hold_it_all(done, place):
-    page = (place / 'report' / 'index.html').read_text(encoding='utf-8')
+    assert (report / 'scoreboard.md').read_text(encoding='utf-8') == scoreboard_markdown(board)
+    page = (report / 'index.html').read_text(encoding='utf-8')
     assert page.count('data:image/png') >= len(FIGURES)
     for number in FIGURES:
         assert f'khr figure {number}' in page
-    findings = read_json(place / 'report' / 'findings.json', Findings)
-    assert (place / 'report' / 'findings.md').read_text() == findings_markdown(findings)
-    assert findings.scoreboard == read_json(place / 'report' / 'scoreboard.json', Scoreboard)
+    findings = read_json(report / 'findings.json', Findings)
+    assert (report / 'findings.md').read_text() == findings_markdown(findings)
+    assert findings.scoreboard == board
     assert set(findings.maps) == set(parse_plan(None, True).maps)
     assert findings.soles and findings.friction and findings.tilting and findings.peaks
 

@@ -272,8 +272,9 @@ def test_what_holds_no_run_is_refused_as_such(run, text, tmp_path):
     (tmp_path / 'text.mcap').write_text('no bag')
     assert 'cut or damaged' in refused(tmp_path / 'text.mcap')
     assert 'not there' in refused(tmp_path / 'absent')
-    (tmp_path / 'outcome.json').write_text('{}')
-    assert 'no bag in it: an --offline or --no-record run leaves none' in refused(tmp_path)
+    (tmp_path / 'few' / 'outcome.json').write_text('{}')
+    shutil.rmtree(tmp_path / 'few' / 'bag')
+    assert 'no bag in it: an --offline or --no-record run leaves' in refused(tmp_path / 'few')
 
 
 # ---- damaged ----

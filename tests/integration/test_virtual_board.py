@@ -35,6 +35,7 @@ from tests.support.served import BOARD_UNITS, served
 PERIODS = 100
 OFFSET = 5  # AD steps, in place of the 5.2 of BOARD_UNITS: the board has integers
 MAP = JointMap.load()
+WALK = 'walk_9.7deg_ka12_kh13'
 
 
 def deployed(client, scenario):
@@ -64,16 +65,12 @@ def counts(target):
     return {ics: sent + MAP.trims[ics] for ics, sent in MAP.positions(target).items()}
 
 
-@pytest.mark.parametrize(
-    ('name', 'engine', 'hip'),
-    [('walk_6.99deg_ka12', 'bullet', 0), ('walk_9.7deg_ka12_kh13', 'mujoco', 13)],
-)
-def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
+def test_the_loop_on_the_board_is_the_twins_count_for_count():
     """Up to the board's own rounding of the offset, which is an AD step, nothing is rounded."""
-    scenario = scenarios.load_scenario(name).set_to(
+    scenario = scenarios.load_scenario(WALK).set_to(
         [
             *BOARD_UNITS,
-            f'simulator.engine={engine}',
+            'simulator.engine=mujoco',
             f'simulator.duration={PERIODS * 0.015}',
             f'ankle_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
             f'hip_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
@@ -93,16 +90,13 @@ def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
             found.add(abs(board.sent[ics] - counts(reference)[ics]))
     assert robot.trajectory_hash == twin.trajectory_hash
     assert len(mixed[18]) > 3 and all(added % 12 == 0 for added in mixed[18])
-    assert all(added % hip == 0 for added in mixed[14]) if hip else mixed[14] == {0}
+    assert len(mixed[14]) > 3 and all(added % 13 == 0 for added in mixed[14])
     robot.close()
 
 
-@pytest.mark.parametrize(
-    ('name', 'gains'), [('walk_6.99deg_ka12', (12, 0)), ('walk_9.7deg_ka12_kh13', (12, 13))]
-)
-def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
+def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset():
     """The board is given what the twin's gyro reads: its counts are K times 0.19 steps off."""
-    scenario = scenarios.load_scenario(name).set_to(
+    scenario = scenarios.load_scenario(WALK).set_to(
         [*BOARD_UNITS, 'simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
     )
     bench = TableServos(counts([0.0] * len(JOINTS)), {1: 512})
@@ -120,10 +114,10 @@ def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
         board.cycle()
         differ = {ics: abs(board.sent[ics] - wanted[ics]) for ics in wanted}
         for joint, servo in MAP.servos.items():
-            gain = gains[0] * ('ankle_pitch' in joint) + gains[1] * ('hip_pitch' in joint)
+            gain = 12 * ('ankle_pitch' in joint) + 13 * ('hip_pitch' in joint)
             assert differ[servo.ics] <= gain * off + bool(gain), joint  # a target is rounded once
         most = [max(pair) for pair in zip(most, (differ[18], differ[14]), strict=True)]
-    assert [bool(each) for each in most] == [bool(gain) for gain in gains]
+    assert min(most) > 0
 
 
 @pytest.fixture(scope='module')
@@ -164,19 +158,6 @@ def test_a_robot_that_is_set_free_falls_and_its_servos_are_read_all_the_same(sce
     assert robot.outcome.verdict == 'fell' and board.sent[18] == FREE
     assert inspect(client, MAP).pose(MAP)[JOINTS.index('l_knee')] > 0.1
     robot.close()
-
-
-def test_softer_servos_sag_more(scenario):
-    scenario, sag = scenario.set_to(['simulator.servo_model=stretch']), {}
-    for stretch in (30, 90):
-        board, robot = virtual_board(scenario, MAP, on_ground=True)
-        robot.stiffen(dict.fromkeys(MAP.numbers, stretch))
-        for _ in range(100):
-            board.cycle()
-        knee = inspect(Client(Loopback(board)), MAP).pose(MAP)[JOINTS.index('l_knee')]
-        sag[stretch] = abs(knee - robot.stance[JOINTS.index('l_knee')])
-        robot.close()
-    assert sag[30] > 1.5 * sag[90]
 
 
 def test_a_pose_that_lacks_a_servo_is_no_pose(scenario):

@@ -69,24 +69,3 @@ def test_pitch_rate_is_led_by_even_lines_of_the_cycle(gait, walk):
     assert set(np.argsort(amplitude)[-2:]) == {2, 4}
     # Steps of both sides are alike, so odd lines are all but absent.
     assert np.max(amplitude[1::2]) < 0.2 * amplitude[4]
-
-
-def test_falls_well_beyond_the_critical_inclination(gait):
-    truths = play(gait, engine='bullet', inclination_deg=9.0)
-    assert truths[-1].tilt > np.radians(45.0)
-    assert truths[-1].stamp_ns * 1e-9 < 0.6 * gait.duration
-
-
-@pytest.mark.parametrize('foot, stance', [('right', 0), ('left', 1)])
-def test_leg_lift_holds_on_the_pads(foot, stance):
-    gait = Gait(
-        build(GaitParameters, {'motion': 'leg_lift', 'first_foot': foot, 'hold_time': 1.0})
-    )
-    truths = play(gait, surface='pads', inclination_deg=3.8)
-    assert max(truth.tilt for truth in truths) < np.radians(20.0)
-    p = gait.parameters
-    held = truths[round((p.start_delay + p.shift_time + p.lift_time + 0.5) / PERIOD)]
-    forces = held.contact_force[:, 2].reshape(2, 2)
-    assert forces[1 - stance] == pytest.approx([0.0, 0.0])
-    assert np.all(forces[stance] > 0.0)
-    assert forces[stance].sum() == pytest.approx(1.5 * 9.81, rel=0.1)

@@ -1,7 +1,5 @@
 """A robot that slides down the board without falling has not stayed up, whoever is asked."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ import khr
 import khr_studies.third_stage.study as third_stage
 from khr_bringup import offline
 from khr_bringup.recorded.run_signals import run_with_series
-from khr_common.errors import KhrError
 from khr_studies.calibration import trial_robot
 from khr_studies.calibration.ensemble import fails_on_level_ground
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
@@ -20,16 +17,12 @@ from khr_studies.engines import study as engines
 from khr_studies.measuring import bench, critical
 from khr_studies.measuring.bench import share_up
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.consistency import experiment_runs
 from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.experiments import Run, table_of
 from khr_studies.measuring.run_table import run_table, tally
 from khr_studies.measuring.thesis_values import ThesisWalk
-from khr_studies.peak_origin.study import lost_runs, walks_of
-from khr_studies.reproduction.findings import compare_tilting, experiment_table
 from khr_studies.scoreboard.walk_rows import walk_row
 from khr_studies.stability_map.study import INCLINATION, stability_map
-from khr_studies.thesis_figures.gaits import spectrum_of
 from khr_studies.tuning import study as tuning
 from khr_sweeps.reading import parse_sweep
 from khr_sweeps.results.folder import Folder, read_results
@@ -137,19 +130,6 @@ def test_third_stage_and_engines_say_so(asked, slide, monkeypatch):
     assert third_stage.climb(third_stage.Setting(0.0, 0.5, 0.0), 'bullet', 0)['limit_deg'] == 0.0
     changes = ((('gait', 'cycles'), 3),)
     assert engines.measure_scenario('walk_6.99deg_ka12', changes)['verdict'] == 'rode down'
-
-
-def test_pages_and_figures_say_so(asked):
-    _, run = asked
-    assert experiment_runs({'slick': [run]})['stayed_up'].tolist() == [False]
-    tilting = run.scenario.set_to(['simulator.inclination_rate_deg_s=0.1', 'stage.mode=auto'])
-    table = experiment_table({'slick': [replace(run, scenario=tilting)]})
-    (compared,) = compare_tilting(table)
-    assert not compared['stays']
-    assert spectrum_of(run) is None
-    assert lost_runs([run]) == ' (1 of 1)'
-    with pytest.raises(KhrError, match='no walk stayed up'):
-        walks_of([run])
 
 
 def test_the_gymnasium_environment_ends_the_episode():

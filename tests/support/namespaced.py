@@ -1,10 +1,8 @@
 """A robot in a namespace of a domain that others share, as a launch file starts one."""
 
-import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import registry
@@ -15,7 +13,7 @@ def python(*arguments, **options):
 
 
 class Robot:
-    """A run in a namespace: its nodes in one process, its driver, and who waits for its verdict.
+    """A run in a namespace: its nodes in one process, and what waits for its verdict.
 
     It lives in the domain of this process's environment.
     """
@@ -32,16 +30,8 @@ class Robot:
         entries = [registry()[node].entry for node in scenario.nodes]
         files = ('--params-file', file, '--params-file', wiring)
         self.graph = python('khr_common.nodes.run', *entries, *self.ros, *files)
-        self.others = []
-        driven = []
-        if scenario.driver is not None:
-            # its python3 is the one that has ROS, also where this environment is not activated
-            path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
-            driver = [scenario.driver.path, *self.ros]
-            self.others.append(subprocess.Popen(driver, env={**os.environ, 'PATH': path}))
-            driven = ['--driver', scenario.driver.label]
         self.verdict = python(
-            *('khr_bringup.verdict', file, '--out', folder, *driven, *self.ros),
+            *('khr_bringup.verdict', file, '--out', folder, *self.ros),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
@@ -49,14 +39,13 @@ class Robot:
     def end(self):
         """Wait for the verdict; end the nodes; return exit code, output and errors."""
         out, err = self.verdict.communicate(timeout=90)
-        for process in (self.graph, *self.others):
-            process.send_signal(signal.SIGINT)
-            process.wait(30.0)
+        self.graph.send_signal(signal.SIGINT)
+        self.graph.wait(30.0)
         return self.verdict.returncode, out, err
 
     def kill(self):
         """End what is left."""
-        for process in (self.graph, self.verdict, *self.others):
+        for process in (self.graph, self.verdict):
             if process.poll() is None:
                 process.kill()
                 process.wait()
