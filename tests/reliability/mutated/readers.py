@@ -1,16 +1,15 @@
 """Whatever khr reads of what others may have written: read, it is as it should be, or refused."""
 
-import atexit
 import io
 import json
 import os
 import shutil
 from contextlib import redirect_stderr
 from dataclasses import asdict
-from functools import cache, partial
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from tempfile import TemporaryDirectory, mkdtemp
+from tempfile import TemporaryDirectory
 
 import pyarrow
 from pyarrow import parquet
@@ -40,16 +39,20 @@ from tests.fakes.invented_runs import signals
 from tests.reliability.mutated.mutants import LONGEST_LINE, mutants
 from tests.support.sweeps import make_certificates
 
+RUN = RunEntry(99, os.getpid(), 'walk_0deg', 'runs/walk_0deg', since=1.7e9)
+RESULTS = [{'id': f'{n}', 'verdict': 'walked', 'limit_deg': n / 7} for n in range(20)]
+CHANGES = b'ankle_controller.gain=12', b'simulator.push_point=[0, 0, 0.1]', b'gait.motion=walk'
+
 
 def attempts(count, seed):
     """Yield what each of so many attempts is called, and what attempts it: of each kind alike."""
-    kinds = seeds()
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'mutant.yaml'
-        for kind, good in kinds.items():
-            for number, content in enumerate(mutants(good, -(-count // len(kinds)), seed)):
+        found = kinds(Path(folder))
+        for kind, (read, good) in found.items():
+            for number, content in enumerate(mutants(good, -(-count // len(found)), seed)):
                 path.write_bytes(content)
-                yield f'{kind} {number}', partial(_attempt, READERS[kind], path)
+                yield f'{kind} {number}', partial(_attempt, read, path)
 
 
 def _attempt(read, path):
@@ -65,36 +68,49 @@ def _attempt(read, path):
     return ''
 
 
+def kinds(folder):
+    """Return what khr reads, by what it is: what reads it, and good files; some need a folder."""
+    config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
+    shipped = [path.read_bytes() for path in scenarios.shipped()]
+    whole = scenarios.load_scenario('walk_9.7deg_ka12_kh13').to_yaml().encode()
+    results, sweep, series = (folder / name for name in ('results', 'sweep', 'series'))
+    tls = make_certificates(folder)
+    with Store(results, {'of': 'a study'}, dict) as store:
+        store.add({entry['id']: entry for entry in RESULTS})
+    table = pyarrow.table({name: [kind()] for name, kind in COLUMNS.items()})
+    request = {b'khr.sweep': json.dumps({'axes': {'simulator.friction': [0.1]}}).encode()}
+    parquet.write_table(table.replace_schema_metadata(request), sweep)
+    signals(scenarios.load_scenario('walk_0deg'), 0, 1.0).save(series)
+    files_of = {
+        'sweep': (load_sweep, list(experiment_files().values())),
+        'calibration': (read_plan, [config / 'calibration.yaml']),
+        'ensemble': (read_ensemble, [SHIPPED_ENSEMBLE]),
+        'study': (lambda path: read_json(path, Findings), [ROOT / 'docs' / 'findings.json']),
+        'run table': (Plane.read, [ROOT / 'docs' / 'stage3.csv']),
+        'joint map': (lambda path: JointMap.load(str(path)), [maps / 'khr3hv.yaml']),
+        'description': (lambda path: Robot(path.read_text(errors='replace')), [DESCRIPTION]),
+        'results': (_results, [results]),
+        'signals': (Series.load, [series]),
+        'sweep results': (lambda path: request_of(read_results(path)), [sweep]),
+        'credentials': (partial(_credentials, tls), [tls / 'cert.pem']),
+    }
+    return {
+        **{
+            kind: (read, [p.read_bytes() for p in paths])
+            for kind, (read, paths) in files_of.items()
+        },
+        'scenario': (lambda path: scenarios.load_scenario(str(path)).to_yaml(), [*shipped, whole]),
+        'parameters': (_parameters, shipped),
+        'registered run': (_registered, [json.dumps(asdict(RUN)).encode()]),
+        'change': (_change, CHANGES),
+    }
+
+
 def _results(path):
     """Read results, of which every one that is accepted is as it was written."""
     with redirect_stderr(io.StringIO()):
         _, kept = read_store(path, dict)
     assert all(entry in RESULTS for entry in kept), 'a changed result is believed'
-
-
-def _written(write):
-    """Return the content of a file that is written so."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / 'file'
-        write(path)
-        return path.read_bytes()
-
-
-def _write_results(path):
-    """Write a file of results as a sweep or a search leaves it."""
-    with Store(path, {'of': 'a study'}, dict) as store:
-        store.add({entry['id']: entry for entry in RESULTS})
-
-
-def _write_sweep(path):
-    """Write a Parquet file as a sweep leaves it."""
-    table = pyarrow.table({name: [kind()] for name, kind in COLUMNS.items()})
-    request = {b'khr.sweep': json.dumps({'axes': {'simulator.friction': [0.1]}}).encode()}
-    parquet.write_table(table.replace_schema_metadata(request), path)
-
-
-RUN = RunEntry(99, os.getpid(), 'walk_0deg', 'runs/walk_0deg', since=1.7e9)
-RESULTS = [{'id': f'{n}', 'verdict': 'walked', 'limit_deg': n / 7} for n in range(20)]
 
 
 def _registered(path):
@@ -109,80 +125,19 @@ def _registered(path):
 
 def _parameters(path):
     """Check a parameter file as each node checks those that it is given."""
-    check_blocks(
-        read_blocks(str(path)), '/simulator', frozenset(specifications(table_of('simulator')))
-    )
+    of_simulator = frozenset(specifications(table_of('simulator')))
+    check_blocks(read_blocks(str(path)), '/simulator', of_simulator)
 
 
-def _credentials(path):
+def _credentials(tls, path):
     """Take credentials of which the certificate is such a one."""
     with TemporaryDirectory() as folder:
-        own = Path(shutil.copytree(_certificates(), Path(folder) / 'tls'))
+        own = Path(shutil.copytree(tls, Path(folder) / 'tls'))
         shutil.copyfile(path, own / 'cert.pem')
         security_of(Scheduler('tls://localhost:1', own))
-
-
-@cache
-def _certificates():
-    """Return a folder of good credentials."""
-    folder = Path(mkdtemp())
-    atexit.register(shutil.rmtree, folder)
-    return make_certificates(folder)
-
-
-def _sweep(path):
-    """Read the results of a sweep from its Parquet file."""
-    request_of(read_results(path))
 
 
 def _change(path):
     """Read a change as ``--set`` does."""
     text = path.read_bytes().decode('utf-8', 'surrogateescape')
     scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
-
-
-# What khr reads of what others may have written, by what it is.
-READERS = {
-    'scenario': lambda path: scenarios.load_scenario(str(path)).to_yaml(),
-    'sweep': load_sweep,
-    'calibration': read_plan,
-    'ensemble': read_ensemble,
-    'study': lambda path: read_json(path, Findings),
-    'run table': Plane.read,
-    'joint map': lambda path: JointMap.load(str(path)),
-    'description': lambda path: Robot(path.read_text(errors='replace')),
-    'results': _results,
-    'signals': Series.load,
-    'sweep results': _sweep,
-    'parameters': _parameters,
-    'registered run': _registered,
-    'credentials': _credentials,
-    'change': _change,
-}
-
-
-def seeds():
-    """Return good files of each kind."""
-    config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
-    return {
-        'scenario': [path.read_bytes() for path in scenarios.shipped()]
-        + [scenarios.load_scenario('walk_9.7deg_ka12_kh13').to_yaml().encode()],
-        'sweep': [path.read_bytes() for path in experiment_files().values()],
-        'calibration': [(config / 'calibration.yaml').read_bytes()],
-        'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
-        'study': [(ROOT / 'docs' / 'findings.json').read_bytes()],
-        'run table': [(ROOT / 'docs' / 'stage3.csv').read_bytes()],
-        'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
-        'description': [DESCRIPTION.read_bytes()],
-        'results': [_written(_write_results)],
-        'signals': [_written(signals(scenarios.load_scenario('walk_0deg'), 0, 1.0).save)],
-        'sweep results': [_written(_write_sweep)],
-        'parameters': [path.read_bytes() for path in scenarios.shipped()],
-        'registered run': [json.dumps(asdict(RUN)).encode()],
-        'credentials': [(_certificates() / 'cert.pem').read_bytes()],
-        'change': [
-            b'ankle_controller.gain=12',
-            b'simulator.push_point=[0, 0, 0.1]',
-            b'gait.motion=walk',
-        ],
-    }
