@@ -1,15 +1,25 @@
-"""Another machine: a network namespace with memory of its own, joined by a virtual cable."""
+"""Another machine: a network namespace with memory of its own, joined by a virtual cable.
+
+Run as a program there, it prints what a stranger sees of a run, as JSON.
+"""
 
 import json
 import os
 import shutil
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
+
+import rclpy
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rosgraph_msgs.msg import Clock
 
 from tests import ROOT
 
 HERE, THERE = '10.213.77.1', '10.213.77.2'
+SECONDS = 5.0  # of wall time: many times what discovery takes
 
 
 def why_not():
@@ -55,9 +65,30 @@ def spied(machine, domain):
     plain = {k: v for k, v in os.environ.items() if not k.startswith(('ROS_', 'FAST', 'RMW_'))}
     ended = subprocess.run(
         ['ip', 'netns', 'exec', machine, 'unshare', '--mount', 'sh', '-c',
-         f'mount -t tmpfs none /dev/shm && exec {sys.executable} -m tests.reliability.strangers.spy'],
+         f'mount -t tmpfs none /dev/shm && exec {sys.executable} -m tests.reliability.strangers.other_machine'],
         env={**plain, 'ROS_DOMAIN_ID': str(domain), 'ROS_STATIC_PEERS': HERE},
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     return json.loads(ended.stdout)
+
+
+def spy():
+    """See the nodes of a run, receive its clock, change a gain."""
+    rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
+    node = rclpy.create_node('spy')
+    clocks = []
+    node.create_subscription(Clock, '/clock', clocks.append, 10)
+    client = AsyncParameterClient(node, 'ankle_controller')
+    end, future = time.monotonic() + SECONDS, None
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+        if future is None and client.services_are_ready():
+            future = client.set_parameters([Parameter('gain', value=18.0)])
+    changed = bool(future and future.done() and future.result().results[0].successful)
+    seen = [name for name in node.get_node_names() if name != 'spy']
+    json.dump({'nodes': seen, 'clocks': len(clocks), 'changed': changed}, sys.stdout)
+
+
+if __name__ == '__main__':
+    spy()
