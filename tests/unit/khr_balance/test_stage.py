@@ -189,8 +189,9 @@ def test_a_control_acts_by_its_share():
 
 def test_refuses_what_is_no_sample_and_stages_in_the_wrong_order():
     policy = StagePolicy(AUTO)
-    with pytest.raises(KhrError, match='foot_forces'):
-        policy.update((1.0, 2.0, nan, 1.0), STANCE)
+    for wrong in ((1.0, 2.0), (1.0, 2.0, nan, 1.0)):
+        with pytest.raises(KhrError, match='foot_forces'):
+            policy.update(wrong, STANCE)
     with pytest.raises(KhrError, match='joint_angles'):
         policy.update(forces(0.0), STANCE[:-1])
     with pytest.raises(ParameterError, match='hip_above_deg'):

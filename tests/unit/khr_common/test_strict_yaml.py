@@ -48,7 +48,7 @@ def test_dates_are_text():
     [
         ('gait: 1'.encode('utf-16'), 'byte 0 is not UTF-8'),
         (b'gait: \xff', 'byte 6 is not UTF-8'),
-        (b'#' * (LARGEST_FILE + 1), 'too large'),
+        (b'\xff' * (LARGEST_FILE + 1), 'too large'),
     ],
 )
 def test_a_file_of_another_kind_is_refused(tmp_path, content, says):

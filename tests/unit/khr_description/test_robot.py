@@ -57,8 +57,6 @@ def faults_of_joint(robot, joint):
         yield 'limits'
     if (joint.effort, joint.velocity) != (STALL_TORQUE, NO_LOAD_SPEED):
         yield 'servo'
-    if (joint.origin * (1, -1, 1) != twin.origin).any():
-        yield 'symmetry'
     if tuple(joint.axis) != {'roll': (1, 0, 0), 'yaw': (0, 0, 1)}.get(kind, (0, 1, 0)):
         yield 'axis'
 

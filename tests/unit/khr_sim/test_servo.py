@@ -49,11 +49,15 @@ def test_runs_along_the_torque_speed_line(load):
 
 
 def test_its_stiffness_is_that_of_stretch_and_gear_in_series():
-    error = 0.02
-    stiffness = settled(SMOOTH, ZERO + error, ZERO)[KNEE] / error
-    stretch = SMOOTH.stiffness_per_stretch * SMOOTH.stretch_knee
-    gear = SMOOTH.gear_stiffness
-    assert stiffness == pytest.approx(stretch * gear / (stretch + gear), rel=1e-6)
+    parameters, error = replace(SMOOTH, gear_stiffness_ankle=18.0), 0.02
+    stiffness = settled(parameters, ZERO + error, ZERO) / error
+    for joint, units, gear in (
+        ('l_knee', SMOOTH.stretch_knee, SMOOTH.gear_stiffness),
+        ('l_ankle_pitch', SMOOTH.stretch_ankle_pitch, 18.0),
+    ):
+        stretch = SMOOTH.stiffness_per_stretch * units
+        series = stretch * gear / (stretch + gear)
+        assert stiffness[JOINTS.index(joint)] == pytest.approx(series, rel=1e-6)
 
 
 @pytest.mark.parametrize('group', ['hip', 'knee', 'ankle'])
@@ -195,15 +199,6 @@ def test_a_ramp_is_followed_with_the_lag_of_what_is_not_its_derivative():
         lags.append(speed * 1.001 - servos.state[ANGLE, KNEE])  # a step later, as the angle is
     stiffness = SMOOTH.stiffness_per_stretch * 75
     assert lags == pytest.approx([BACK_EMF * 0.02 / stiffness] * 2, rel=1e-2)
-
-
-def test_the_ankles_have_a_gear_stiffness_of_their_own():
-    parameters = replace(SMOOTH, gear_stiffness_ankle=18.0)
-    ankle = JOINTS.index('l_ankle_pitch')
-    stretch = parameters.stiffness_per_stretch * parameters.stretch_ankle_pitch
-    torque = settled(parameters, ZERO + 0.02, ZERO)
-    assert torque[ankle] == pytest.approx(0.02 * stretch * 18.0 / (stretch + 18.0), rel=1e-6)
-    assert torque[KNEE] == settled(SMOOTH, ZERO + 0.02, ZERO)[KNEE]
 
 
 def scaled_sum(a, b, c):
