@@ -155,20 +155,16 @@ def test_a_jump_of_the_clock_is_cut_out(step):
     assert '1 jump' in notes and '700 of 800 samples' in notes
 
 
-def test_repeated_and_swapped_messages_change_nothing():
+def test_samples_that_are_repeated_swapped_or_without_number_or_time_change_nothing():
     times = np.repeat(np.arange(800) / 100.0, 2)
     assert '800 samples left out: repeated' in check(ns(times), sine(times, 7.0), 7.0)
     times = np.arange(800) / 100.0
     times[[100, 101]] = times[[101, 100]]
-    assert '1 sample out of order' in check(ns(times), sine(times, 7.0), 7.0)
-
-
-def test_samples_without_number_or_timestamp_are_left_out():
-    times = np.arange(800) / 100.0
     stamps, values = ns(times), sine(times, 7.0)
     stamps[[5, 300]] = 0
     values[[50, 400]] = np.nan, np.inf
     notes = check(stamps, values, 7.0)
+    assert '1 sample out of order' in notes
     assert '2 samples left out: not finite' in notes and 'their timestamp is 0' in notes
 
 

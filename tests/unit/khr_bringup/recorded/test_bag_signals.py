@@ -20,66 +20,59 @@ from khr_common.interfaces import (
 )
 from khr_common.stamps import SYSTEM_TIME
 
-UPRIGHT = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0)
-SOLES = (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0)
+EMPTY = Scenario('', {})
 STANDING = {
     TRUE_RATE: (0.0, 0.1, 0.0),
-    TRUE_POSE: UPRIGHT,
-    TRUE_SOLES: SOLES,
+    TRUE_POSE: (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0),
+    TRUE_SOLES: (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0),
     **dict.fromkeys(TRUE_FORCES, (0.0, 0.0, 3.7)),
 }
 
 
-def recorded(signals):
-    """Return the messages of a bag that holds these samples alone."""
+def read(signals, scenario=EMPTY):
+    """Return the signals, and the outcome, of a bag that holds these samples alone."""
     messages = {topic: Samples() if topic.flow == 'period' else [] for topic in signal_topics()}
     for topic, samples in signals.items():
         for sample in samples:
             messages[topic].append(sample)
-    return messages
+    return series_of(messages, scenario)
 
 
 def test_what_a_bag_lacks_is_nan():
-    messages = {}
-    messages[TRUE_RATE] = [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]
-    read = series_of(recorded(messages), Scenario('', {}))[0]
-    assert (read.pitch_rate == 1.0).all()
-    for lacking in (read.inclination, read.pitch, read.slip, read.foot_force):
+    series, _ = read({TRUE_RATE: [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]})
+    assert (series.pitch_rate == 1.0).all()
+    for lacking in (series.inclination, series.pitch, series.slip, series.foot_force):
         assert np.isnan(lacking).all()
-    assert read.foot_force.shape == (2, 4)
+    assert series.foot_force.shape == (2, 4)
+    assert series.estimate is None
 
 
 def test_what_the_board_adds_by_itself_stands_for_the_controllers():
-    messages = {}
-    messages[BOARD_CORRECTION] = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
-    read = series_of(recorded(messages), Scenario('', {}))[0]
-    assert (read.correction_of('ankle') == 0.1).all()
-    assert (read.correction_of('hip') == 0.2).all()
+    added = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
+    series, _ = read({BOARD_CORRECTION: added})
+    assert (series.correction_of('ankle') == 0.1).all()
+    assert (series.correction_of('hip') == 0.2).all()
 
 
 def test_the_recovery_node_s_estimate_is_there_if_the_node_is():
-    messages = {RECOVERY_STATE: [(stamp, (1.0, 0.01, 0.02, 1.0)) for stamp in (0, 15_000_000)]}
-    read = series_of(recorded(messages), Scenario('', {}))[0]
-    assert (read.estimate_of('center') == 0.01).all()
-    assert (
-        read.columns['estimate_capture'] == 0.02
-    ).all() and 'estimate_capture, m' in read.with_units
-    del messages[RECOVERY_STATE]
-    messages[TRUE_RATE] = [(0, (0.0, 1.0, 0.0))]
-    assert series_of(recorded(messages), Scenario('', {}))[0].estimate is None
+    states = [(stamp, (1.0, 0.01, 0.02, 1.0)) for stamp in (0, 15_000_000)]
+    series, _ = read({RECOVERY_STATE: states})
+    assert (series.estimate_of('center') == 0.01).all()
+    assert (series.columns['estimate_capture'] == 0.02).all()
+    assert 'estimate_capture, m' in series.with_units
 
 
 def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     times = [0, 15_000_000, 30_000_000]
     messages = {topic: [(time, numbers) for time in times] for topic, numbers in STANDING.items()}
     messages[TRUE_RATE][1] = (times[1], (0.0, np.nan, 0.0))
-    read = series_of(recorded(messages), Scenario('', {}))[0]
-    np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
-    np.testing.assert_array_equal(read.pitch, 0.0)
+    series, _ = read(messages)
+    np.testing.assert_array_equal(series.distance, [0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(series.pitch, 0.0)
 
 
 def test_the_time_of_a_driver_on_system_time_counts_from_its_first_stamp():
-    scenario = Scenario('', {}).changed(
+    scenario = EMPTY.changed(
         {
             ('monitor', 'motion_end'): 1.0,
             ('ankle_controller', 'enabled'): True,
@@ -87,13 +80,11 @@ def test_the_time_of_a_driver_on_system_time_counts_from_its_first_stamp():
         }
     )
     found = [
-        series_of(
-            recorded(
-                {
-                    topic: [(origin + 15_000_000 * n, numbers) for n in range(100)]
-                    for topic, numbers in STANDING.items()
-                }
-            ),
+        read(
+            {
+                topic: [(origin + 15_000_000 * n, numbers) for n in range(100)]
+                for topic, numbers in STANDING.items()
+            },
             scenario,
         )
         for origin in (0, SYSTEM_TIME + 123)

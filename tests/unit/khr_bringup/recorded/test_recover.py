@@ -25,24 +25,18 @@ def clock(time_ns):
     return bytes(STORE.serialize_cdr(message, message.__msgtype__))
 
 
-def begin(folder):
-    """Write a bag as far as a recorder gets that is killed."""
-    recording = Recording(folder)
+@pytest.fixture(scope='module')
+def killed(tmp_path_factory):
+    """Return the run folder of a recorder that was killed."""
+    folder = tmp_path_factory.mktemp('run')
+    recording = Recording(folder / 'bag')
     recording.write_text('/scenario', 'a: b', 0)
     recording.add_topic('/clock', 'rosgraph_msgs/msg/Clock')
     for number in range(COUNT):
         recording.write('/clock', clock(number * PERIOD), number * PERIOD)
-    return recording
-
-
-@pytest.fixture(scope='module')
-def killed(tmp_path_factory):
-    """Give the run folder of a recorder that was killed, and of one that was not."""
-    folder = tmp_path_factory.mktemp('run')
-    recording = begin(folder / 'bag')
     shutil.copytree(folder / 'bag', folder / 'cut' / 'bag')
     recording.close()
-    return folder / 'cut', folder
+    return folder / 'cut'
 
 
 def times(bag):
@@ -53,7 +47,7 @@ def times(bag):
 
 
 def test_at_most_a_simulated_second_is_lost(killed, tmp_path):
-    run = shutil.copytree(killed[0], tmp_path / 'run')
+    run = shutil.copytree(killed, tmp_path / 'run')
     found = recover(run)
     assert found.seconds > COUNT * PERIOD / 1e9 - FLUSH_PERIOD / 1e9 - 0.015
     assert found.messages == len(times(run / 'bag')) + 1
@@ -69,7 +63,7 @@ def test_at_most_a_simulated_second_is_lost(killed, tmp_path):
 
 
 def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
-    run = shutil.copytree(killed[0], tmp_path / 'run')
+    run = shutil.copytree(killed, tmp_path / 'run')
     before = (run / 'bag' / 'bag.mcap').read_bytes()
     recover(run)
     assert (run / 'bag.cut' / 'bag.mcap').read_bytes() == before
@@ -86,7 +80,7 @@ def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
 @given(share=st.floats(0.02, 1.0))
 def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share):
-    run = shutil.copytree(killed[0], tmp_path_factory.mktemp('cut') / 'run')
+    run = shutil.copytree(killed, tmp_path_factory.mktemp('cut') / 'run')
     file = run / 'bag' / 'bag.mcap'
     content = file.read_bytes()
     file.write_bytes(content[: int(share * len(content))])
