@@ -31,8 +31,6 @@ BY_NIGHT = {
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[stage3]': 'the plane of one point',
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[sweep]': 'a sweep by the Python API',
     'tests/unit/khr/test_api.py::test_an_example_does_what_it_says[tune]': 'the search by its own unit tests, its arguments by those of the command',
-    'tests/unit/khr_studies/push/test_push_recovery.py::test_the_document_s_forces_are_survived_and_fatal[front': 'the same from behind; pushes from both sides, in the models',
-    'tests/unit/khr_studies/third_stage/test_stage3.py::test_a_plane_is_measured_once': 'a climb, and planes that are invented',
     'tests/unit/test_sources.py::test_every_contract_notices': 'make lint, where all are kept',
 }  # fmt: skip
 

@@ -6,15 +6,19 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
+from khr_common import RunError
 from khr_report.page.document import markdown
 from khr_studies.measuring.critical import Limit
 from khr_studies.measuring.json_file import read_json, write_json
-from khr_studies.measuring.thesis_values import LIMITS, walking
+from khr_studies.measuring.run_table import run_table
+from khr_studies.measuring.thesis_values import LIMITS, STAGE_2, walking
 from khr_studies.measuring.thesis_walks import TRENDS
 from khr_studies.reproduction import findings as results
-from khr_studies.reproduction import findings_page
+from khr_studies.reproduction import findings_page, reproduce
+from khr_studies.reproduction.experiment_plan import parse_plan
 from khr_studies.reproduction.findings import Findings
-from khr_studies.reproduction.page import write_index
+from khr_studies.reproduction.page import write, write_index
+from khr_studies.reproduction.reproduce import Computed
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.stability_map import page as map_page
 from khr_studies.stability_map.study import MapResult
@@ -79,6 +83,30 @@ def test_part_of_a_reproduction_is_a_page_too(tmp_path):
     assert 'The scoreboard was not measured' in text
 
 
+STANDS = {'source': 'a row of the scoreboard', **STAGE_2.columns(7.6, 0), 'stayed_up': True}
+FALLS = {**STANDS, 'source': 'a limit of the scoreboard', 'stayed_up': False}
+
+
+@pytest.mark.parametrize('rows', [[STANDS], [STANDS, FALLS]])
+def test_a_reproduction_whose_results_contradict_one_another_writes_nothing(
+    rows, tmp_path, monkeypatch, capsys
+):
+    def compute(*_):
+        return Computed(measured=run_table(rows))
+
+    monkeypatch.setattr(reproduce, '_compute', compute)
+    asked, out = parse_plan('3.8', fast=True), tmp_path / 'report'
+    if len(rows) == 1:
+        results = reproduce.reproduce(asked, out)
+        assert write(results, out, out / 'findings.md').startswith(str(out / 'index.html'))
+        assert (out / 'index.html').is_file()
+        return
+    with pytest.raises(RunError, match='no page is written'):
+        reproduce.reproduce(asked, out)
+    assert not [path for path in out.rglob('*') if path.is_file()]
+    assert 'stand, K_A 12 at 7.6 deg, seed 0: stays up by a row' in capsys.readouterr().err
+
+
 # ---- findings ----
 
 
@@ -93,7 +121,8 @@ ADDS = 'Beyond the thesis'
 
 
 def test_opposite_outcomes_give_opposite_findings():
-    agrees, differs = sections(findings()), sections(findings(Opposite()))
+    found = findings(), findings(Opposite())
+    agrees, differs = map(sections, found)
     for row in LIMITS:
         name = f'| {row.source} | {row.condition.title} | {row.thesis_deg:g} |'
         assert name in agrees[CONFIRMS] and name not in agrees[CONTRADICTS]
@@ -104,11 +133,10 @@ def test_opposite_outcomes_give_opposite_findings():
     assert agrees[CONTRADICTS] == findings_page.NO_ROW
     assert '| toe force |' in differs[CONTRADICTS]
     assert '| gait line 6: the gait | high |' in agrees[ADDS]
-    assert findings_page.blocks(findings())[1].startswith(
-        scoreboard_page.totals(findings().scoreboard.rows)
-    )
-    for each, column in ((findings(), 1), (findings(Opposite()), 2)):
-        rows = {row[0]: row for row in rows_of(findings_page.blocks(each)[2])}
+    for each, column in zip(found, (1, 2), strict=True):
+        _, totals, counts, *_ = findings_page.blocks(each)
+        assert totals.startswith(scoreboard_page.totals(each.scoreboard.rows))
+        rows = {row[0]: row for row in rows_of(counts)}
         assert rows['Trends'][column] == str(len(TRENDS)) and rows['Trends'][3 - column] == '0'
 
 
@@ -162,15 +190,12 @@ def test_soles_are_compared_by_their_tallies():
     assert (better['runs_rubber'], better['lost_rubber'], better['lost_smooth']) == (2, 0, 2)
     assert better['largest_slip_m_rubber'] == 0.01 and better['largest_slip_m_smooth'] is None
     assert (worse['lost_rubber'], worse['lost_smooth'], worse['slipped_smooth']) == (2, 0, 2)
-    text = sections(findings(soles=(better,)))[ADDS]
+    text = sections(replace(EMPTY, soles=(better,)))[ADDS]
     assert 'stays up (2 of 2)' in text and 'falls or rides down (2 of 2)' in text
-    assert results.compare_soles(soles('fell', 'walked')[:2]) == [], 'smooth soles alone'
-
-
-def test_a_run_of_several_experiments_counts_once():
-    once = soles('walked', 'walked')
-    assert results.compare_soles(once)[0]['runs_rubber'] == 2
-    assert results.compare_soles(pd.concat([once, once[:2]])) == results.compare_soles(once)
+    once = soles('fell', 'walked')
+    assert results.compare_soles(once[:2]) == [], 'smooth soles alone'
+    twice = pd.concat([once, once[:2]])
+    assert results.compare_soles(twice) == [better], 'a run of two experiments counts once'
 
 
 def test_friction_decides_how_steep_the_slope_may_be():
@@ -194,7 +219,7 @@ def test_friction_decides_how_steep_the_slope_may_be():
     assert (rough['friction'], rough['steepest_deg']) == (0.2, 6.0)
     assert (rough['gentlest_tried_deg'], rough['steepest_tried_deg']) == (5.0, 7.0)
     assert rough['largest_slip_m'] == pytest.approx(0.02)
-    text = sections(findings(friction=(slick, rough)))[ADDS]
+    text = sections(replace(EMPTY, friction=(slick, rough)))[ADDS]
     assert 'not even at 5' in text and '6 of 7' in text
     assert [each['steepest_deg'] for each in compared({0.1: 7.0, 0.2: 5.0})] == [7.0, 5.0]
     riding = compared({0.1: 4.0, 0.2: 6.0}, 'slipped', 13.0)
@@ -221,7 +246,7 @@ def test_staged_control_is_compared_on_a_tilting_slope():
     assert all(not each['stays'] and each['deg'] == pytest.approx(2.125) for each in found)
     (*_, stays) = compared('stood')
     assert stays['stays'] and stays['deg'] == pytest.approx(6.8)
-    text = sections(findings(tilting=(found[0], stays)))[ADDS]
+    text = sections(replace(EMPTY, tilting=(found[0], stays)))[ADDS]
     assert 'falls or rides down by 2.12 deg' in text and 'stays up to 6.80 deg' in text
     assert not results.compare_tilting(table())
 

@@ -56,16 +56,6 @@ def test_one_place_leaves_all_open():
     assert math.isnan(found.value) and (found.low, found.high) == (-math.inf, math.inf)
 
 
-def test_places_without_runs_do_not_count():
-    x, hits, runs = (
-        np.arange(6.0),
-        np.array([5.0, 5.0, 0.0, 1.0, 0.0, 0.0]),
-        np.array([5.0, 5.0, 0.0, 5.0, 5.0, 0.0]),
-    )
-    held = runs > 0
-    assert crossing(x, hits, runs) == crossing(x[held], hits[held], runs[held])
-
-
 def test_the_interval_holds_the_truth_as_often_as_it_claims():
     generator = np.random.default_rng(5)
     x, runs, held, errors = np.arange(0.0, 12.5), np.full(13, 8.0), 0, []

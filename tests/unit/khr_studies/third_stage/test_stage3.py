@@ -18,8 +18,7 @@ from khr_studies.third_stage.comparison import (
     standing_loop,
 )
 from khr_studies.third_stage.page import page, summary, write
-from khr_studies.third_stage.study import HIP_GAIN, STEP, Plane, Setting, climb, measure_plane
-from khr_sweeps.results.store import read_store
+from khr_studies.third_stage.study import HIP_GAIN, STEP, Plane, Setting, climb
 from tests.support.mechanics import PLAIN_SERVOS
 
 POINT = Setting(0.002, 0.5, 0.0)
@@ -37,7 +36,7 @@ def standing_up_to(limit, monkeypatch):
     return tried
 
 
-@pytest.mark.parametrize('limit', [0.0, 1.0, 3.9, 7.6, 9.55, 13.2])
+@pytest.mark.parametrize('limit', [0.0, 3.9, 9.55])
 def test_a_climb_finds_the_limit_from_below(limit, monkeypatch):
     tried = standing_up_to(limit, monkeypatch)
     found = climb(POINT, 'mujoco', 0)
@@ -125,7 +124,7 @@ def posture():
     return angles
 
 
-@pytest.mark.parametrize('sides', ['l', 'r', 'lr'])
+@pytest.mark.parametrize('sides', ['r', 'lr'])
 def test_the_chain_has_the_mass_and_the_centre_of_the_robot(sides):
     robot = Robot.load()
     poses = robot.poses(posture())
@@ -165,20 +164,6 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
     assert identified.growth < stretched.growth
 
 
-def test_page_says_where_a_loop_has_no_edge_in_the_plane():
-    """With 0.7 s the ankles alone hold everywhere, and the hip's rate adds a degree."""
-
-    def climbs(setting):
-        slow = [(7.0 if setting.hip_gain else 6.0, 0.2)] * 2
-        return slow if setting.time_constant == 0.7 else edged(setting)
-
-    found = plane(climbs)
-    text = page(found, compare_with_model(found), 'limits.png', 'swing.png')
-    assert 'for the others the edge lies beyond the plane' in text and 'inf' not in text.split()
-    whole = page(plane(), compare_with_model(plane()), 'limits.png', 'swing.png')
-    assert 'beyond the plane' not in whole
-
-
 @pytest.mark.slow
 def test_page_plots_and_data_are_written(tmp_path):
     out, found = tmp_path / 'stage3.md', plane()
@@ -198,19 +183,6 @@ def test_a_seed_that_fell_before_leaves_no_overshoot():
     found = plane(lambda setting: [(8.0, 0.2), (1.0, None)])
     assert found.grid('overshoot_rad_s', 0.0).isna().all(axis=None)
     assert (found.limits(0.0) == 4.5).all()
-
-
-@pytest.mark.slow
-def test_a_plane_is_measured_once(tmp_path):
-    """Far beyond the edge, so that few leg lifts are needed."""
-    found = measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,))
-    assert found.limits(0.0).tolist() == found.limits(HIP_GAIN).tolist() == [[0.0]]
-    assert 4.0 < found.uncontrolled_deg < 9.0
-    assert found.checks['other_deg'].tolist() == [0.0] * 2, 'on the other engine as well'
-    kept = (tmp_path / 'jobs.sqlite').read_bytes()
-    assert len(read_store(tmp_path / 'jobs.sqlite', lambda data: data)[1]) == 5
-    assert measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)).climbs.equals(found.climbs)
-    assert (tmp_path / 'jobs.sqlite').read_bytes() == kept
 
 
 @pytest.mark.slow
