@@ -16,26 +16,15 @@ from khr_studies.engines.study import (
     compare,
     compare_engines,
     compared_limits,
-    compared_scenarios,
     limit_of_seed,
     measure_scenario,
     with_engine,
 )
 from khr_studies.measuring.run_table import read_table, run_table
+from tests import ROOT
 from tests.fakes.jobs import HerePool
 
 FIRST, SECOND = ENGINES
-
-
-def scenario(engine, verdict='walked', distance=0.5):
-    return {
-        'part': 'scenario',
-        'condition': 'walk_0deg',
-        'engine': engine,
-        'change': UNCHANGED,
-        'verdict': verdict,
-        'distance_m': distance,
-    }
 
 
 def limits(engine, of_seeds, change=UNCHANGED):
@@ -51,24 +40,6 @@ def limits(engine, of_seeds, change=UNCHANGED):
         }
         for seed, limit_deg in enumerate(of_seeds)
     ]
-
-
-@pytest.mark.parametrize(
-    ('first', 'second', 'inside'),
-    [
-        ((1.0, 1.2, 0.9), (1.1,), True),
-        ((1.0, 1.2, 0.9), (1.3, 1.4), False),
-        ((1.0,), (1.0,), True),
-        ((2.0, 3.0), (1.0, 1.9), False),
-    ],
-)
-def test_a_value_is_inside_if_the_ranges_overlap(first, second, inside):
-    for one, other in ((first, second), (second, first)):
-        runs = [scenario(FIRST, distance=d) for d in one]
-        runs += [scenario(SECOND, distance=d) for d in other]
-        verdict, distance = compared_scenarios(run_table(runs))
-        assert distance['values'] == [one[0], other[0]] and distance['inside'] == inside
-        assert verdict['inside'] and verdict['values'] == ['walked', 'walked']
 
 
 @pytest.mark.parametrize(
@@ -103,6 +74,12 @@ def test_a_change_explains_a_difference_if_it_brings_one_engine_to_the_other():
     found = causes_of(runs, limit)
     assert found['moved'].tolist() == pytest.approx([0.8, 0.2, -0.75, 0.0])
     assert found['explains'].tolist() == [True, False, True, False]
+
+
+def test_the_page_is_that_of_its_runs():
+    shipped = (ROOT / 'docs' / 'engines.md').read_text(encoding='utf-8')
+    rendered = engines_page.page(read_table(ROOT / 'docs' / 'engines.csv'))
+    assert rendered.partition('\n## ')[2] == shipped.partition('\n## ')[2], 'below the versions'
 
 
 def test_the_engines_compared_are_those_there_are():

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -12,7 +11,6 @@ from khr_common.errors import KhrError
 from khr_studies.fights import study as fights
 from khr_studies.fights.page import page
 from khr_studies.fights.study import (
-    CELL,
     CHECKED,
     DUEL,
     PLAN,
@@ -20,7 +18,6 @@ from khr_studies.fights.study import (
     Fight,
     compared,
     counted,
-    effect,
     fight_once,
     judged,
     verdict,
@@ -28,25 +25,6 @@ from khr_studies.fights.study import (
 from khr_studies.measuring.run_table import newcombe, read_table, write_table
 
 DOCS = Path(__file__).parents[4] / 'docs'
-
-
-def runs(*cells):
-    """Return the runs of cells, each a fight with its winners by their first letter."""
-    names = {'r': 'red', 'b': 'blue', 'd': 'draw'}
-    rows = [
-        {
-            **{name: getattr(fight, name) for name in CELL},
-            'seed': seed,
-            'winner': names[letter],
-            'reason': 'time',
-            'time_s': 12.0,
-            'red_fell_at_s': 3.0 if letter == 'b' else None,
-            'blue_fell_at_s': 3.0 if letter == 'r' else None,
-        }
-        for fight, winners in cells
-        for seed, letter in enumerate(winners, 1)
-    ]
-    return pd.DataFrame(rows)
 
 
 @pytest.mark.parametrize(
@@ -92,45 +70,6 @@ def test_a_fight_differs_from_its_bout_by_its_gains_stance_and_recovery():
         each.of('gait')['start_delay'] for each in Fight(DUEL, 0, 0).bout_of(1).robots.values()
     ]
     assert len(set(delays)) == 2 and all(1.0 <= delay <= 3.0 for delay in delays)
-
-
-def test_cells_are_compared_that_differ_in_one_means_alone():
-    table = runs(
-        (Fight(DUEL, 0.0, 0.0), 'd' * 20),
-        (Fight(DUEL, 12.0, 0.0), 'r' * 10 + 'd' * 10),
-        (Fight(DUEL, 12.0, 12.0), 'b' * 10 + 'd' * 10),
-        (Fight(SHOVE, 12.0, 0.0, 'stand'), 'd' * 20),
-        (Fight(SHOVE, 12.0, 12.0, 'stand'), 'r' * 10 + 'd' * 10),
-        (Fight(SHOVE, 12.0, 12.0, 'guard'), 'd' * 20),
-        (Fight(SHOVE, 12.0, 12.0, 'stand', True), 'r' * 9 + 'd' * 11),
-    )
-    found = {
-        (row['bout'], row['robot'], row['column'], row['with_value']): row['effect']
-        for row in compared(counted(table))
-    }
-    assert found == {
-        (DUEL, 'red', 'red_ka', 12.0): 'better',
-        (DUEL, 'blue', 'blue_ka', 12.0): 'better',
-        (SHOVE, 'blue', 'blue_ka', 12.0): 'worse',
-        (SHOVE, 'blue', 'stance', 'guard'): 'better',
-        (SHOVE, 'blue', 'recovery', True): 'none',
-    }
-    cells = counted(table)
-    assert cells['blue_fell'].tolist() == [0, 10, 0, 0, 10, 0, 9]
-    assert cells['bouts'].tolist() == [20] * 7
-
-
-@pytest.mark.parametrize(
-    ('won', 'lost', 'expected'),
-    [
-        ((0.0, -0.1, 0.1), (-0.2, -0.3, -0.1), 'better'),
-        ((-0.2, -0.3, -0.1), (0.0, -0.1, 0.1), 'worse'),
-        ((0.2, 0.1, 0.3), (0.2, 0.1, 0.3), 'both'),
-        ((0.1, -0.1, 0.3), (0.1, -0.1, 0.3), 'none'),
-    ],
-)
-def test_an_effect_is_one_that_an_interval_shows(won, lost, expected):
-    assert effect(won, lost) == expected
 
 
 @pytest.mark.parametrize(
