@@ -8,11 +8,9 @@ from khr_studies.documents.docs_generator import generated
 from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import EMPTY_FOOT_MOST
-from khr_studies.scoreboard.page import scoreboard_markdown, summary, write
+from khr_studies.scoreboard.page import summary
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.scoreboard.study import compare
 from tests import ROOT
-from tests.fakes.benches import Thesis
 
 
 def test_the_documents_are_what_make_docs_writes():
@@ -26,16 +24,6 @@ def test_index_names_every_document():
     index = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
     for path in (ROOT / 'docs').glob('*.md'):
         assert path.name == 'index.md' or f']({path.name})' in index, path.name
-
-
-def test_stored_results_are_rendered_without_measuring(tmp_path):
-    (tmp_path / 'README.md').write_text((ROOT / 'README.md').read_text())
-    page = tmp_path / 'docs' / 'scoreboard.md'
-    assert page not in generated(tmp_path)
-    board = compare(Thesis())
-    write(board, page)
-    page.unlink()
-    assert generated(tmp_path)[page] == scoreboard_markdown(board)
 
 
 def read_readme():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from khr_balance.controllers import AnkleControllerParameters
-from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common.errors import KhrError
 from khr_studies.measuring import experiments
@@ -18,7 +17,6 @@ from khr_studies.measuring.experiments import (
     runs_of,
     specification_of,
 )
-from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.results.folder import ROWS
 from khr_sweeps.results.store import Store, read_store
 from khr_sweeps.sweep import report_lost
@@ -47,11 +45,6 @@ def test_shipped_experiments_are_accepted_and_have_a_title():
         assert whole.name == name and whole.title
         assert 0 < fast.count <= whole.count
         assert next(fast.trials('v')).keep == fast.keep
-
-
-def test_figures_and_experiments_belong_together():
-    needed = {name for drawing in FIGURES.values() for name in drawing.experiments}
-    assert needed <= set(experiment_files())
 
 
 def run(name, fast, workers):
@@ -99,19 +92,15 @@ def test_runs_come_in_the_order_of_the_axes_and_the_seeds(here):
     ]
 
 
-def test_a_run_is_its_scenario_again(here):
+def test_a_run_is_its_scenario_again_and_has_its_signals(here):
     for run in runs_of(folder_of('small', fast=False))[::3]:
         assert run.scenario.name == run.point['scenario']
         assert run.scenario.table(AnkleControllerParameters).enabled == (
             run.point['case'] == 'ankle'
         )
-        assert run.row['trajectory_hash'] == run_offline(run.scenario).trajectory_hash
+        offline, series = run_with_series(run.scenario)
+        assert run.row['trajectory_hash'] == offline.trajectory_hash
         assert run.row['verdict'] == 'stood'
-
-
-def test_a_run_has_its_signals(here):
-    for run in runs_of(folder_of('small', fast=False))[::3]:
-        _, series = run_with_series(run.scenario)
         assert run.series.time[-1] == pytest.approx(run.row['time_s'])
         np.testing.assert_allclose(run.series.pitch, series.pitch, atol=1e-6)
         assert run.series is run.series  # read once

@@ -8,18 +8,14 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, t
 
 from khr_common.errors import KhrError
-from khr_studies.measuring.experiments import table_of
 from khr_studies.measuring.run_table import (
     half_interval,
-    measure,
     read_table,
     run_table,
     tally,
     wilson,
     write_table,
 )
-from tests.fakes.jobs import HerePool
-from tests.fakes.reproductions import run
 
 
 def row(gain, verdict, slip=0.01, vibration=0.1, **others):
@@ -62,22 +58,6 @@ def test_interval_of_a_mean_is_students(values):
     assert half_interval(values) == pytest.approx((high - low) / 2.0 / np.sqrt(len(values)))
 
 
-def double(value):
-    return {'seed': value, 'verdict': 'walked', 'twice': 2.0 * value}
-
-
-def both(value):
-    return [double(value), double(value + 1)]
-
-
-def test_a_plan_becomes_a_table_in_its_order():
-    plan = [({'case': f'n{value}'}, [value]) for value in (4, 2)]
-    found = measure(HerePool(), double, plan)
-    assert found['case'].tolist() == ['n4', 'n2'] and found['twice'].tolist() == [8.0, 4.0]
-    assert found.dtypes.astype(str)[['seed', 'verdict']].tolist() == ['Int64', 'str']
-    assert measure(HerePool(), both, plan)['seed'].tolist() == [4, 5, 2, 3]
-
-
 def test_a_table_is_the_same_after_its_file(tmp_path):
     rows = [row(0.1 + 0.2, 'walked', seed=0), row(12.0, 'fell', seed=1), row(12.0, None, seed=2)]
     table = run_table(rows)
@@ -101,12 +81,3 @@ def test_a_file_that_holds_no_such_table_is_refused_in_one_line(tmp_path, text, 
         path.write_text(text)
     with pytest.raises(KhrError, match=rf'runs\.csv: not a table of runs \(.*{reason}.*accepted'):
         read_table(path, ['seed'])
-
-
-def test_runs_of_an_experiment_are_rows_with_all_their_parameters():
-    runs = [run('walk_3deg', seed, simulator__friction=0.3) for seed in (0, 1)]
-    found = table_of(runs)
-    assert found['seed'].tolist() == [0, 1] and found['gait.motion'].tolist() == ['walk'] * 2
-    assert found['simulator.friction'].tolist() == [0.3, 0.3]
-    assert found['engine'].tolist() == ['bullet'] * 2
-    assert found['trajectory_hash'].nunique() == 2 and found['stayed_up'].all()

@@ -16,7 +16,7 @@ from khr_studies.measuring.run_table import read_table
 from khr_studies.push.study import START
 from khr_studies.recovery import search as searching
 from khr_studies.recovery.page import page, pushes_held
-from khr_studies.recovery.search import RANGES, Search, attempt, search, summarise, write
+from khr_studies.recovery.search import RANGES, Search, attempt, search, write
 from khr_studies.recovery.study import CASES, bounds, held, push_once
 from tests.fakes.jobs import HerePool
 
@@ -125,19 +125,6 @@ def test_the_file_holds_what_was_found_and_the_default_of_the_other_direction(tm
 def test_the_default_step_is_within_the_ranges_searched():
     for name, (low, high) in RANGES.items():
         assert all(low <= value <= high for value in getattr(RecoveryParameters(), name)), name
-
-
-def test_an_early_fall_costs_more_than_a_late_one():
-    runs = pd.DataFrame(
-        {
-            'candidate': [0, 0, 1, 1, 2, 2],
-            'fell': [False, False, False, True, False, True],
-            'fell_at_s': [None, None, None, START + 5.0, None, START + 0.5],
-        }
-    )
-    (best, held), (late, one), (early, _) = summarise(runs)
-    assert (best, held, one) == (0.0, 2, 1)
-    assert 0.5 < late < early < 1.0
 
 
 def test_a_step_out_of_reach_counts_as_a_fall(monkeypatch):
