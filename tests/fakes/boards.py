@@ -1,6 +1,5 @@
 """Virtual boards with servos on a table, and the line to a board in the same process."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import radians
 
@@ -32,12 +31,7 @@ def bench_board(**changes):
 class Rig:
     """A driver, its board and 17 servos on a table; the clock ticks with the output cycles.
 
-    Args:
-        retries: of the client.
-        joint_map: of the driver.
-        config: the board's own.
-        late: factor of the time between two periods.
-        changes: of the driver's parameters.
+    Periods come late by a factor; changes are those of the driver's parameters.
     """
 
     def __init__(self, retries=0, joint_map=MAP, config=0x809B, late=1.0, **changes):
@@ -107,50 +101,38 @@ class Rig:
         ]  # fmt: skip
 
 
-Tamper = Callable[[bytes], bytes]  # what a reply becomes on its way
-
-
 class Loopback:
     """A port whose board answers at once; what does not come at once does not come in time.
 
-    Args:
-        board: at the other end.
-        tamper: spoils replies; by default nothing does.
+    ``tamper`` spoils replies on their way; by default nothing does.
     """
 
-    def __init__(self, board: VirtualBoard, tamper: Tamper = lambda reply: reply) -> None:
-        self.board = board
-        self.tamper = tamper
-        self._received = bytearray()
-        self._splitter = Splitter()
-        self._open = True
+    def __init__(self, board, tamper=lambda reply: reply):
+        self.board, self.tamper = board, tamper
+        self._received, self._splitter, self._open = bytearray(), Splitter(), True
 
-    def write(self, data: bytes) -> int:
-        """Let the board answer what comes."""
+    def write(self, data):
         self._check()
         for frame in self._splitter.feed(data):
             self._received += self.tamper(self.board.answer(frame).encode())
         self._splitter.forget()
         return len(data)
 
-    def read(self, size: int = 1) -> bytes:
-        """Return what has come, up to a size."""
+    def read(self, size=1):
         self._check()
         data = bytes(self._received[:size])
         del self._received[:size]
         return data
 
     @property
-    def in_waiting(self) -> int:
-        """Return how many bytes have come."""
+    def in_waiting(self):
         self._check()
         return len(self._received)
 
-    def close(self) -> None:
-        """Close the port."""
+    def close(self):
         self._open = False
 
-    def _check(self) -> None:
+    def _check(self):
         if not self._open:
             raise OSError('the port is closed')
 
@@ -158,27 +140,20 @@ class Loopback:
 class TableServos:
     """Servos on a table, without load: each is where it was sent at the end of the cycle.
 
-    Args:
-        positions: of the servos at the start, by ICS number.
-        ad: of the AD channels, in steps.
+    Positions by ICS number, and what the AD channels convert, in steps.
     """
 
-    def __init__(self, positions: Mapping[int, int], ad: Mapping[int, int] | None = None) -> None:
-        self.positions = dict(positions)
-        self.ad = dict(ad or {})
-        self.driven: dict[int, int] = {}
-        self.stretch: dict[int, int] = {}
-        self.cycles = 0
+    def __init__(self, positions, ad=None):
+        self.positions, self.ad = dict(positions), dict(ad or {})
+        self.driven, self.stretch, self.cycles = {}, {}, 0
 
-    def measure(self) -> Mapping[int, int]:
-        """Return where the servos are."""
+    def measure(self):
         return self.positions
 
-    def sense(self) -> Mapping[int, int]:
-        """Return what the AD channels convert."""
+    def sense(self):
         return self.ad
 
-    def drive(self, positions: Mapping[int, int], cycle: float) -> None:
+    def drive(self, positions, cycle):
         """Bring servos to where they are sent; those that are set free stay."""
         self.cycles += 1
         self.driven.update(positions)
@@ -186,6 +161,5 @@ class TableServos:
             if ics in self.positions and position != FREE:
                 self.positions[ics] = position
 
-    def stiffen(self, stretch: Mapping[int, int]) -> None:
-        """Keep the stretch of servos."""
+    def stiffen(self, stretch):
         self.stretch.update(stretch)

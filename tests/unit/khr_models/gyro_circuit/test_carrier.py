@@ -9,7 +9,7 @@ import pytest
 from khr_common.errors import KhrError
 from khr_models.gyro_circuit.carrier import simulate, static_characteristic
 from khr_models.gyro_circuit.circuit import KRG4, TABLE_III
-from tests.support.gyro_netlist import VECTORS, netlist, sine
+from tests.support.gyro_netlist import VECTORS, netlist
 
 
 def constant(rate):
@@ -118,7 +118,7 @@ def run_ngspice(folder, rate, circuit):
     [
         (repr(RATE), constant(RATE), KRG4),
         (
-            sine(RATE, 200.0),
+            f'{RATE!r}*sin({math.tau * 200.0!r}*time)',
             lambda t: RATE * np.sin(math.tau * 200.0 * t),
             dataclasses.replace(TABLE_III, sense_stiffness=0.08, bandwidth=500.0),
         ),
