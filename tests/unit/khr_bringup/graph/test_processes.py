@@ -39,22 +39,22 @@ def test_a_child_dies_with_its_killed_parent(tmp_path):
     assert psutil.wait_procs([child], timeout=20)[0] == [child]
 
 
-def started(tmp_path, module, *arguments):
-    children = Processes({}, tmp_path)
-    children.start_module('recorder', module, list(arguments))
+def started(folder, *arguments):
+    """Return the parent of a child that is ready."""
+    children = Processes({}, folder)
+    children.start_module('recorder', 'tests.fakes.waiting', list(arguments))
+    wait_for(lambda: 'ready' in (folder / 'recorder.log').read_text(), 'the line')
     return children
 
 
 def test_who_ends_badly_when_stopped_is_named(tmp_path):
-    children = started(tmp_path, 'tests.fakes.waiting', '3')
-    wait_for_line(tmp_path)
+    children = started(tmp_path, '3')
     assert children.stop() == 'recorder ended with 3: stopped'
 
 
 @pytest.mark.parametrize(('removed', 'said'), [(False, ': ready'), (True, '')])
 def test_who_is_killed_while_stopping_is_named(tmp_path, removed, said):
-    children = started(tmp_path / 'log', 'tests.fakes.waiting')
-    wait_for_line(tmp_path / 'log')
+    children = started(tmp_path / 'log')
     if removed:
         shutil.rmtree(tmp_path / 'log')
     os.kill(children._children['recorder'].pid, signal.SIGKILL)
@@ -62,16 +62,14 @@ def test_who_is_killed_while_stopping_is_named(tmp_path, removed, said):
 
 
 def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
-    children = started(tmp_path, 'tests.fakes.waiting')
-    wait_for_line(tmp_path)
+    children = started(tmp_path)
     os.kill(children._children['recorder'].pid, signal.SIGALRM)
     assert children.stop() is None
 
 
 def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, 'FROZEN', 0.3)
-    children = started(tmp_path, 'tests.fakes.waiting', '0')
-    wait_for_line(tmp_path)
+    children = started(tmp_path, '0')
     child = psutil.Process(children._children['recorder'].pid)
     child.suspend()
     assert children.ended() is None
@@ -87,11 +85,8 @@ def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path
 
 
 def test_a_module_that_does_not_load_is_one_line(tmp_path):
-    children = started(tmp_path, 'tests.fakes.no_such_module')
+    children = Processes({}, tmp_path)
+    children.start_module('recorder', 'tests.fakes.no_such_module', [])
     children._children['recorder'].wait()
     assert children.ended().startswith('recorder ended with 1: tests.fakes.no_such_module: Imp')
     assert len((tmp_path / 'recorder.log').read_text().splitlines()) == 1
-
-
-def wait_for_line(folder):
-    wait_for(lambda: 'ready' in (folder / 'recorder.log').read_text(), 'the line')

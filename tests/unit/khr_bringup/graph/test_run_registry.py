@@ -1,5 +1,6 @@
 """Which run a command means: the only one, the one of the domain that was named."""
 
+import fcntl
 import json
 import os
 import socket
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from khr_bringup.graph import run_registry
+from khr_bringup.graph import run_registry, shared_memory
 from khr_bringup.graph.graph import note_progress
 from khr_bringup.graph.run_registry import choose, ports_of, register, registered, running
 from khr_bringup.result import Progress
@@ -165,3 +166,44 @@ def test_a_register_that_others_can_write_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(register_of_another))
     with pytest.raises(RunError, match='only this user can write'):
         register()
+
+
+# ---- what dead processes left is swept from shared memory ----
+
+
+@pytest.fixture
+def memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, 'MEMORY', tmp_path)
+    for name in (
+        'fastrtps_0123456789abcdef',
+        'fastrtps_0123456789abcdef_el',
+        'fastrtps_port7661',
+        'fastrtps_port7661_el',
+        'sem.fastrtps_port7661_mutex',
+        'fastrtps_fedcba9876543210',  # no lock yet: its process may be about to take it
+        'fastrtps_port9999',
+        'sem.mp-of_another',
+    ):
+        (tmp_path / name).write_bytes(b'')
+    return tmp_path
+
+
+def names(memory):
+    return sorted(path.name for path in memory.iterdir())
+
+
+def test_the_dead_of_a_domain_are_swept_with_their_locks(memory):
+    assert shared_memory.remove_dead_segments(range(7650, 7900)) == 2
+    assert names(memory) == ['fastrtps_fedcba9876543210', 'fastrtps_port9999', 'sem.mp-of_another']
+
+
+def test_what_a_process_holds_stays(memory):
+    before = names(memory)
+    with (
+        (memory / 'fastrtps_0123456789abcdef_el').open() as segment,
+        (memory / 'fastrtps_port7661_el').open() as port,
+    ):
+        fcntl.flock(segment, fcntl.LOCK_EX)
+        fcntl.flock(port, fcntl.LOCK_SH)
+        assert shared_memory.remove_dead_segments(range(7650, 7900)) == 0
+    assert names(memory) == before

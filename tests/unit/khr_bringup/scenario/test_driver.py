@@ -1,12 +1,25 @@
-"""What a driver leaves out of a graph, and how it is found."""
+"""What a driver, of the real robot too, leaves out of a graph, and how it is found."""
+
+from pathlib import Path
 
 import pytest
 
 from khr_analysis.outcome import OBSERVED
-from khr_bringup.scenario.driver import OF_BOARD, STATED, Driver, driver_of
+from khr_bringup.board_loop import on_board
+from khr_bringup.scenario.driver import OF_BOARD, OF_ROBOT, STATED, Driver, driver_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
-from khr_common.interfaces import CLOCK, GYRO, JOINT_STATES, STATE, TRUE_FORCES, TRUE_RATE
+from khr_common.interfaces import (
+    CLOCK,
+    FOOT_FORCES,
+    GYRO,
+    JOINT_STATES,
+    ROBOT_DESCRIPTION,
+    STATE,
+    TRUE_FORCES,
+    TRUE_RATE,
+)
+from khr_hardware.parameters import BoardParameters
 from tests.support.drivers import PENDULUM, install_example
 
 SENSORS = {'gyro', 'foot_force'}
@@ -22,8 +35,8 @@ def driver(*publishes):
     return Driver('package', 'driver', tuple(publishes))
 
 
-def nodes(*publishes, scenario='stand_0deg'):
-    return set(load_scenario(scenario).driven_by(driver(*publishes)).nodes)
+def nodes(*publishes):
+    return set(load_scenario('stand_0deg').driven_by(driver(*publishes)).nodes)
 
 
 def test_sensors_stay_where_the_driver_publishes_the_truth():
@@ -36,11 +49,7 @@ def test_sensors_stay_where_the_driver_publishes_the_truth():
     assert 'gyro' not in half
     judged = [driver(*made).judged_by for made in ((CLOCK, *OBSERVED), OF_BOARD, (CLOCK, GYRO))]
     assert judged == ['truth', 'sensors', 'nothing']
-
-
-def test_without_anything_to_judge_by_there_is_no_monitor():
-    by_rate = load_scenario('walk_8.88deg_ka12').driven_by(driver(CLOCK, JOINT_STATES, GYRO))
-    assert 'monitor' not in by_rate.nodes
+    assert 'monitor' not in nodes(CLOCK, JOINT_STATES, GYRO)
 
 
 def test_a_driver_that_reports_its_state_keeps_the_course_itself():
@@ -84,3 +93,42 @@ def test_a_package_says_what_its_driver_publishes(prefix):
 def test_what_is_no_driver_is_refused(prefix, text, reason):
     with pytest.raises(KhrError, match=reason):
         driver_of(text, '--driver')
+
+
+# ---- the real robot ----
+
+MIXING = 'board.mixing=board'
+
+
+def driven(name, *changes):
+    """Return a scenario on the board, as khr run --board prepares it."""
+    return on_board(load_scenario(name).set_to(changes)).driven_by(driver_of(OF_ROBOT, '--board'))
+
+
+def test_forces_judge_a_run_and_are_fed_back_where_the_map_has_them():
+    scenario = driven('lift_7.6deg_ka12', 'board.map=khr3hv_forces')
+    assert set(FOOT_FORCES) <= set(scenario.driver.publishes)
+    assert scenario.of('monitor')['judge_by'] == 'sensors' and 'monitor' in scenario.nodes
+    with pytest.raises(KhrError, match='ankle_controller needs the topic foot_force/left_toe'):
+        driven('lift_7.6deg_ka12')
+    assert 'monitor' not in driven('stand_0deg').nodes
+
+
+def test_without_a_gyro_nothing_claims_a_pitch_rate(tmp_path):
+    file = tmp_path / 'map.yaml'
+    file.write_text('servos: khr3hv\ngyro: null\nforces: null')
+    with pytest.raises(KhrError, match=f'needs the topic {GYRO.name}'):
+        driven('walk_6.99deg_ka12', f'board.map={file}')
+    with pytest.raises(KhrError, match='mixing: the map has no gyro'):
+        driven('walk_6.99deg_ka12', f'board.map={file}', MIXING)
+
+
+def test_the_description_is_published():
+    scenario = driven('stand_0deg')
+    assert ROBOT_DESCRIPTION in scenario.driver.publishes
+    assert '<robot' in Path(scenario.table(BoardParameters).urdf).read_text()
+
+
+def test_a_controller_that_the_board_has_no_means_for_is_refused():
+    with pytest.raises(KhrError, match='roll_controller: the board cannot do its control'):
+        driven('walk_6.99deg_ka12', MIXING, 'roll_controller.enabled=true')

@@ -9,8 +9,11 @@ from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.expectation import Expectation
+from khr_bringup.scenario.robots import constants_of, label_of, on_robot, robot_names
 from khr_bringup.scenario.scenario import Scenario, with_installed_engine
 from khr_common import KhrError, specifications
+from khr_common.pacing import Punctuality
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 
@@ -225,3 +228,68 @@ def test_an_engine_that_is_not_installed_is_one_line(monkeypatch, engine):
     ) as error:
         run_offline(scenario)
     assert '\n' not in str(error.value)
+
+
+# ---- what is expected ----
+
+LOCKSTEP = scenarios.load_scenario('stand_0deg')
+WALL_CLOCK = LOCKSTEP.changed({('simulator', 'sync'): 'realtime'})
+HELD = Punctuality(periods=9).result()
+NOT_HELD = Punctuality(periods=9, late=5).result()
+
+
+@pytest.mark.parametrize(
+    ('text', 'verdict', 'realtime', 'says'),
+    [
+        ('', 'fell', NOT_HELD, ''),
+        ('walked', 'walked', NOT_HELD, ''),
+        ('walked', 'fell', HELD, 'expected walked, the outcome is fell'),
+        ('walked', '', None, 'expected walked, the outcome is unknown'),
+        ('realtime', 'fell', HELD, ''),
+        ('walked,realtime', 'walked', NOT_HELD, '5 of 9 periods late'),
+        ('realtime, walked', 'fell', HELD, 'the outcome is fell'),
+        ('realtime', 'walked', None, 'did not report'),
+    ],
+)
+def test_what_is_expected_must_come(text, verdict, realtime, says):
+    unmet = Expectation.parse(text, '--expect', WALL_CLOCK).unmet(verdict, realtime)
+    assert says in unmet and bool(unmet) == bool(says) and '\n' not in unmet
+
+
+@pytest.mark.parametrize('text', ['flown', 'walked,fell', 'realtime,', ','])
+def test_what_is_no_outcome_is_refused(text):
+    with pytest.raises(KhrError, match=r'--expect: .* walked \| stood .* realtime'):
+        Expectation.parse(text, '--expect', WALL_CLOCK)
+
+
+@pytest.mark.parametrize(('scenario', 'offline'), [(LOCKSTEP, False), (WALL_CLOCK, True)])
+def test_real_time_is_expected_of_the_wall_clock_alone(scenario, offline):
+    with pytest.raises(KhrError, match=r'simulator\.sync=realtime'):
+        Expectation.parse('realtime', '--expect', scenario, offline)
+
+
+# ---- robots: named constants under the values of a scenario ----
+
+
+def test_robot_gives_the_parameters_that_the_scenario_leaves_out():
+    walk = scenarios.load_scenario('walk_6.99deg_ka12').changed({('gyro', 'bandwidth'): 3.0})
+    assert robot_names() == ['leaning', 'stiff']
+    leaning = on_robot(walk, 'leaning')
+    assert leaning.of('ankle_controller')['reference_offset'] == -0.7072
+    assert leaning.of('gyro')['bandwidth'] == 3.0, 'the scenario states it'
+    assert leaning.of('ankle_controller')['gain'] == walk.of('ankle_controller')['gain']
+    assert leaning.title.endswith('robot leaning')
+
+
+def test_robot_is_a_file_as_well_and_an_unknown_one_is_refused(tmp_path):
+    file = tmp_path / 'soft.yaml'
+    file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: 20.0\n')
+    assert constants_of(str(file)) == {('simulator', 'gear_stiffness'): 20.0}
+    label = label_of(str(file))
+    with pytest.raises(KhrError, match="'soft': no such robot; accepted: leaning, stiff, or"):
+        constants_of('soft')
+    file.write_text('simulator:\n  ros__parameters:\n    gear_stiffness: -1.0\n')
+    with pytest.raises(KhrError, match=r'soft.yaml: simulator: gear_stiffness: -1.0'):
+        constants_of(str(file))
+    assert label.startswith('soft-') and label_of(str(file)) != label
+    assert label_of('stiff') == 'stiff'
