@@ -117,9 +117,7 @@ def test_the_nodes_of_each_robot_are_in_its_namespace_and_share_the_clock(tmp_pa
     ('name', 'value', 'says'),
     [
         ('namespace', 'a', "namespace: 'a' is not accepted of a bout"),
-        ('driver', 'a/b', 'of a bout'),
         ('set', 'referee.rounds=3', 'a launch is one round; accepted: 1, or khr bout'),
-        ('set', 'referee.round=3', 'did you mean rounds?'),
     ],
 )
 def test_a_mistake_in_a_bout_is_one_line_and_leaves_no_folder(tmp_path, name, value, says):

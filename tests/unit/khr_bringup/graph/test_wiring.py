@@ -40,10 +40,8 @@ def test_wiring_in_a_scenario_of_an_earlier_version_is_dropped():
     document = yaml.safe_load(WALK.to_yaml())
     document['/**/simulator']['ros__parameters']['answers'] = ['nobody']
     document['/**/recorder']['ros__parameters']['scenario_file'] = '/elsewhere.yaml'
-    assert parse(yaml.safe_dump(document), 'old.yaml', 'old').values == WALK_AS_RUN.values
-
-
-WALK_AS_RUN = parse(WALK.to_yaml(), 'own.yaml', 'own')
+    old, own = (parse(text, 'a.yaml', 'a') for text in (yaml.safe_dump(document), WALK.to_yaml()))
+    assert old.values == own.values
 
 
 def test_wiring_is_read_as_it_was_written(tmp_path):
@@ -70,21 +68,14 @@ def test_the_node_that_ends_a_run_on_a_driver_receives_its_duration(tmp_path):
     assert all('period' not in line.split() for line in wiring.values['recorder']['topics'][1:])
 
 
-BOUT = load_bout('shove')
-
-
-@pytest.fixture
-def two():
-    return robots_of(BOUT, 1)
-
-
-def test_the_simulator_gets_each_robot_as_it_is_without_a_graph(two, tmp_path):
-    values = Wiring.derive(two, tmp_path).values['simulator']
+def test_the_simulator_gets_each_robot_as_it_is_without_a_graph(tmp_path):
+    bout = load_bout('shove')
+    values = Wiring.derive(robots_of(bout, 1), tmp_path).values['simulator']
     table = build(RunParameters, {'robots': values['robots']})
     assert table.starts() == [(-0.085, 0.0, 0.0), (0.085, 0.0, 180.0)]
-    for robot, scenario in BOUT.in_round(1).items():
+    for robot, scenario in bout.in_round(1).items():
         own = scenario.table(RunParameters)
         found = table.of_robots()[robot]
         assert (found.seed, found.pushes) == (own.seed, own.pushes)
-    assert values['duration'] == BOUT.rules.time_limit
+    assert values['duration'] == bout.rules.time_limit
     assert 'red/monitor' in values['listeners'] and 'recorder' in values['listeners']

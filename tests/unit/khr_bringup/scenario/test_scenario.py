@@ -245,7 +245,6 @@ NOT_HELD = Punctuality(periods=9, late=5).result()
         ('walked', 'walked', NOT_HELD, ''),
         ('walked', 'fell', HELD, 'expected walked, the outcome is fell'),
         ('walked', '', None, 'expected walked, the outcome is unknown'),
-        ('realtime', 'fell', HELD, ''),
         ('walked,realtime', 'walked', NOT_HELD, '5 of 9 periods late'),
         ('realtime, walked', 'fell', HELD, 'the outcome is fell'),
         ('realtime', 'walked', None, 'did not report'),
