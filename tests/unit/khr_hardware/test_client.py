@@ -155,7 +155,7 @@ def test_after_a_silence_the_first_thing_is_a_fence():
         return held
 
     board.ram[0x100:0x104] = b'abcd'
-    client = Client(Loopback(board, hold_back))
+    client = Client(Loopback(board, hold_back), retries=0)
     with pytest.raises(NoReplyError, match='does not answer'):
         client.read_ram(0x100, 2)
     assert len(queue) == 1 + FENCES
