@@ -73,7 +73,7 @@ def ramp(rig, reference=STANCE, later=30.0):
     )
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(
     st.lists(st.floats(0, 1), min_size=17, max_size=17),
     st.sampled_from([10.0, 30.0, 60.0]),
