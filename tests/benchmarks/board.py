@@ -108,7 +108,7 @@ def on_board(name, option, wire=0):
         'robot': robot,
         'periods': periods,
         'late': 100.0 * outcome['missed_periods'] / periods,
-        **{name: float(latest[name]) for name in FIGURES if latest.get(name)},
+        **{name: float(latest.get(name) or 'nan') for name in FIGURES},
         'others': others,
     }
 

@@ -2,46 +2,35 @@
 
 import statistics
 from pathlib import Path
-from typing import NamedTuple
 
 from khr_common.markdown import table
 from tests.benchmarks import commands, environments, graphs
 from tests.benchmarks.board import FIGURES
-from tests.benchmarks.clock import CLOCKS, COMPUTING, WALL
+from tests.benchmarks.clock import COMPUTING, WALL
 
 TEMPLATE = Path(__file__).with_name('performance.md')
+CLOCKS = {WALL: 'wall', COMPUTING: 'computing'}
 MOST_LATE = 1.0  # % of the periods on a board
-
-
-class Goal(NamedTuple):
-    """The least ratio of the speeds of two cases of a part."""
-
-    part: str
-    name: str
-    base: str
-    least: float
-    clock: str = WALL
-
-
+# Part, two of its cases, the least ratio of their speeds, and by which clock.
 GOALS = (
-    Goal('graphs', graphs.TWIN, graphs.RAW, 0.7),
-    Goal('graphs', graphs.TWIN, graphs.RAW, 0.7, COMPUTING),
-    Goal('graphs', graphs.TWIN, graphs.MOTORS, 0.85),
-    Goal('graphs', graphs.MUJOCO_TWIN, graphs.TWIN, 3.0),
-    Goal('graphs', graphs.MUJOCO_TWIN, graphs.TWIN, 3.0, COMPUTING),
-    Goal('graphs', graphs.ONE, graphs.TWIN, 0.7),
-    Goal('graphs', graphs.ONE_RECORDED, graphs.ONE, 0.8),
-    Goal('graphs', graphs.EACH, graphs.TWIN, 0.6),
-    Goal('graphs', graphs.EACH_RECORDED, graphs.EACH, 0.8),
-    Goal('graphs_mujoco', graphs.MUJOCO_ONE, graphs.MUJOCO_ALONE, 0.48),
-    Goal('graphs_mujoco', graphs.MUJOCO_ONE_RECORDED, graphs.MUJOCO_ONE, 0.85),
-    Goal('graphs_mujoco', graphs.MUJOCO_EACH, graphs.MUJOCO_ALONE, 0.32),
-    Goal('graphs_mujoco', graphs.MUJOCO_EACH_RECORDED, graphs.MUJOCO_EACH, 0.85),
-    Goal('swept', commands.TWO, commands.ONE, 1.8),
-    Goal('swept', commands.MUJOCO, commands.TWO, 3.0),
-    Goal('swept', commands.ONE, commands.PLACE, 0.97),
+    ('graphs', graphs.TWIN, graphs.RAW, 0.7, WALL),
+    ('graphs', graphs.TWIN, graphs.RAW, 0.7, COMPUTING),
+    ('graphs', graphs.TWIN, graphs.MOTORS, 0.85, WALL),
+    ('graphs', graphs.MUJOCO_TWIN, graphs.TWIN, 3.0, WALL),
+    ('graphs', graphs.MUJOCO_TWIN, graphs.TWIN, 3.0, COMPUTING),
+    ('graphs', graphs.ONE, graphs.TWIN, 0.7, WALL),
+    ('graphs', graphs.ONE_RECORDED, graphs.ONE, 0.8, WALL),
+    ('graphs', graphs.EACH, graphs.TWIN, 0.6, WALL),
+    ('graphs', graphs.EACH_RECORDED, graphs.EACH, 0.8, WALL),
+    ('graphs_mujoco', graphs.MUJOCO_ONE, graphs.MUJOCO_ALONE, 0.48, WALL),
+    ('graphs_mujoco', graphs.MUJOCO_ONE_RECORDED, graphs.MUJOCO_ONE, 0.85, WALL),
+    ('graphs_mujoco', graphs.MUJOCO_EACH, graphs.MUJOCO_ALONE, 0.32, WALL),
+    ('graphs_mujoco', graphs.MUJOCO_EACH_RECORDED, graphs.MUJOCO_EACH, 0.85, WALL),
+    ('swept', commands.TWO, commands.ONE, 1.8, WALL),
+    ('swept', commands.MUJOCO, commands.TWO, 3.0, WALL),
+    ('swept', commands.ONE, commands.PLACE, 0.97, WALL),
     *(
-        Goal('environments', f'{name}, {engine}', f'{base}, {engine}', least, clock)
+        ('environments', f'{name}, {engine}', f'{base}, {engine}', least, clock)
         for engine in environments.ENGINES
         for name, base, least, clock in (
             (environments.ALONE, environments.TWIN, 0.95, COMPUTING),
@@ -53,6 +42,7 @@ GOALS = (
 
 def page(data):
     """Return the results of all parts, by part, as Markdown."""
+    both = data['graphs'], data['graphs_mujoco']
     return TEMPLATE.read_text(encoding='utf-8').format(
         scenario=graphs.SCENARIO,
         seconds=graphs.SECONDS,
@@ -67,17 +57,17 @@ def page(data):
         ),
         goals=table(
             ('speed of', 'against', 'clock', 'goal', 'least', 'median', 'most', ''),
-            [_goal(goal, data[goal.part]) for goal in GOALS],
+            [_goal(data[part], *goal) for part, *goal in GOALS],
         ),
         speeds=table(
             ('case', 'least', 'median', 'most'),
             [
                 (case, *(f'{value:.2f}' for value in spread(run[case][WALL] for run in rounds)))
-                for rounds in (data['graphs'], data['graphs_mujoco'])
+                for rounds in both
                 for case in rounds[0]
             ],
         ),
-        graphs='\n'.join((*_graphs(data['graphs']), *_graphs(data['graphs_mujoco']))),
+        graphs='\n'.join(line for rounds in both for line in _graphs(rounds)),
         board=_board(data['board']),
         period=table(
             ('engine', 'part', 'us', 'share'),
@@ -99,9 +89,13 @@ def page(data):
         commands=table(
             ('command', 'goal, s', 'measured, s', ''),
             [
-                (f'`{name}`', f'{most:.0f}', f'{took:.0f}', _met(took <= most))
+                (
+                    f'`{name}`',
+                    f'{most:.0f}',
+                    f'{data["commands"][name]:.0f}',
+                    _met(data['commands'][name] <= most),
+                )
                 for name, (most, _) in commands.COMMANDS.items()
-                for took in [data['commands'][name]]
             ],
         ),
     )
@@ -118,12 +112,11 @@ def spread(values):
     return min(values), statistics.median(values), max(values)
 
 
-def _goal(goal, rounds):
+def _goal(rounds, name, base, least, clock):
     """Return the row of a goal."""
-    found = spread(run[goal.name][goal.clock] / run[goal.base][goal.clock] for run in rounds)
-    clock = 'wall' if goal.clock == WALL else 'computing'
-    shown = (f'{ratio:.0%}' for ratio in (goal.least, *found))
-    return goal.name, goal.base, clock, *shown, _met(found[1] >= goal.least)
+    found = spread(run[name][clock] / run[base][clock] for run in rounds)
+    shown = (f'{ratio:.0%}' for ratio in (least, *found))
+    return name, base, CLOCKS[clock], *shown, _met(found[1] >= least)
 
 
 def _met(is_met):
