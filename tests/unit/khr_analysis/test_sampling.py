@@ -74,9 +74,9 @@ def test_much_jitter_is_no_missing_sample(seed, spread):
     assert stated == pytest.approx(100.0 * spread, rel=0.15)
 
 
-@given(late=st.integers(1, 2998), by=st.floats(0.51, 0.99))
+@given(late=st.integers(1, 998), by=st.floats(0.51, 0.99))
 def test_one_late_message_leaves_the_others_even(late, by):
-    times = np.arange(3000) / 100.0
+    times = np.arange(1000) / 100.0
     stamps = times.copy()
     stamps[late] += by / 100.0
     notes = check(ns(stamps), sine(times, 8.0), 8.0)
@@ -169,7 +169,7 @@ def test_samples_that_are_repeated_swapped_or_without_number_or_time_change_noth
 
 
 @pytest.mark.parametrize(
-    ('size', 'power'), [(400, 0.5), (4000, 0.0), (100_000, 1.0)], ids=['pink', 'white', 'drift']
+    ('size', 'power'), [(400, 0.5), (4000, 0.0), (20_000, 1.0)], ids=['pink', 'white', 'drift']
 )
 def test_noise_has_hardly_a_line_of_whatever_colour_and_length(size, power):
     frequency = np.maximum(1.0, np.arange(size // 2 + 1))

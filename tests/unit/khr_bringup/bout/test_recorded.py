@@ -13,7 +13,7 @@ from khr_bringup.recorded.bags import read_messages
 from khr_common.errors import KhrError
 from khr_common.interfaces import STATE
 
-SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.75'])
+SHORT = load_bout('shove').set_to(['simulator.engine=mujoco', 'referee.time_limit=0.3'])
 PUSH = 't=0.03 duration=0.1 link=torso frame=odom force=5.0,0.0,0.0 point=0.0,0.0,0.0'
 
 
@@ -33,7 +33,7 @@ def test_changes_and_pushes_act_on_their_robot_alone():
     lean = Change('ankle_controller', 'lean_deg', 5.0, -1)
     leant = {
         hashed(SHORT, [((0, 'red'), Influences(changes=(replace(lean, after_ns=after),)))])
-        for after in (-1, 300_000_000)
+        for after in (-1, 150_000_000)
     }
     assert len(leant - {untouched}) == 2, 'a change acts after its sample'
     assert found == {
@@ -49,7 +49,7 @@ def test_a_decided_round_is_complete_if_the_next_one_is_interrupted(tmp_path):
     bout, before = SHORT.set_to(['referee.rounds=3']), []
 
     def interrupt(time):
-        if time > 0.8:
+        if time > 0.36:
             before.extend(read_messages(tmp_path / 'round_1', [STATE], namespace='red')[STATE])
             raise KeyboardInterrupt
 
