@@ -17,14 +17,12 @@ from khr.cli.verbs.options import scheduler_of
 from khr_common import KhrError
 from khr_sweeps import cluster
 from khr_sweeps.cluster import CREDENTIALS, Scheduler, open_pool
-from tests.support.runs import KHR
+from tests.support.runs import KHR, khr, wait_for
 from tests.support.sweeps import (
     PATIENCE,
     check_complete,
-    khr,
     make_certificates,
     specification,
-    wait_for,
     written,
 )
 
@@ -76,7 +74,7 @@ def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_p
     assert command.returncode == 1
     assert 'the scheduler has stopped' in err and err.count('\n') == 1
     again = khr('sweep', file, '--out', folder)
-    assert again.returncode == 0, again.stderr
+    assert again.code == 0, again.err
     check_complete(file, folder)
 
 

@@ -9,15 +9,8 @@ import psutil
 
 from khr_sweeps.results.folder import read_results
 from tests.support.in_process import khr_here
-from tests.support.runs import KHR
-from tests.support.sweeps import (
-    PATIENCE,
-    check_complete,
-    check_signals,
-    specification,
-    wait_for,
-    written,
-)
+from tests.support.runs import KHR, wait_for
+from tests.support.sweeps import PATIENCE, check_complete, check_signals, specification, written
 
 
 def check_closed(processes):

@@ -10,8 +10,8 @@ import pytest
 from khr_common import KhrError
 from khr_sweeps.cluster import Scheduler, open_pool
 from tests.reliability.strangers.other_machine import THERE, other_machine, why_not
-from tests.support.runs import wait_for
-from tests.support.sweeps import PATIENCE, check_complete, khr, make_certificates, specification
+from tests.support.runs import khr, wait_for
+from tests.support.sweeps import PATIENCE, check_complete, make_certificates, specification
 
 REASON = why_not()
 PORT = 8786
@@ -71,7 +71,7 @@ def test_workers_of_another_machine_compute_for_who_has_the_credentials(machine,
     wait_for(lambda: 'Registered to' in (tmp_path / 'worker').read_text(), 'worker', PATIENCE)
     file, folder = specification(tmp_path, 2, 0.3), tmp_path / 'out'
     ended = khr('sweep', file, '--out', folder, '--scheduler', ADDRESS, '--tls', tls)
-    assert (ended.returncode, ended.stderr) == (0, '')
+    assert (ended.code, ended.err) == (0, '')
     check_complete(file, folder)
     ports = open_ports(name)
     assert PORT in ports

@@ -3,7 +3,6 @@
 import re
 import subprocess
 from collections import Counter
-from functools import partial
 
 import numpy as np
 import pytest
@@ -13,17 +12,8 @@ from khr_studies.measuring.experiments import runs_of
 from khr_sweeps.reading import load_sweep
 from khr_sweeps.results.folder import ROWS, read_results, request_of, series_path
 from tests import ROOT
-from tests.support import runs
-from tests.support.runs import KHR
 
 PATIENCE = 60.0  # s
-wait_for = partial(runs.wait_for, seconds=PATIENCE)
-
-
-def khr(*arguments):
-    return subprocess.run(
-        [*KHR, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
 
 
 def written(folder, count):
