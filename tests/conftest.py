@@ -34,8 +34,8 @@ OF_PROCESSES = ('graph', 'reliability', 'integration', 'installation')
 # Tests that keep up with the wall clock, most of them with a browser: two files of them at once may
 # be too much for two cores.
 OF_REAL_TIME = (
-    'graph/driver/test_*.py',
     'graph/test_board.py',
+    'graph/test_driver.py',
     'graph/test_live.py',
     'graph/test_page*.py',
     'graph/test_playback.py',

@@ -3,7 +3,6 @@
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -12,17 +11,12 @@ from khr_bringup.graph.wiring import Robots, Wiring
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from tests.support.runs import wait_for
 
-PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']
 LATER = ['recorder', 'hip_controller', 'monitor', 'gait']
 LAST = ['foot_force', 'ankle_controller', 'fft_analyser', 'gyro']
 SCENARIO = scenarios.load_scenario('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
-
-
-@pytest.fixture(scope='module')
-def offline_hash():
-    return run_offline(SCENARIO).trajectory_hash
 
 
 @pytest.fixture
@@ -77,27 +71,21 @@ class Observer:
         self._executor.add_node(self.node)
 
     def until(self, condition, what):
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end, f'{what} did not come; the simulator is {self.state}'
-            self._executor.spin_once(0.1)
-
-    def sees(self, nodes):
-        return set(nodes) <= set(self.node.get_node_names())
+        wait_for(lambda: self._executor.spin_once(0.05) or condition(), what)
 
     def _on_state(self, status):
         self.state = status.message
         self.values = {pair.key: pair.value for pair in status.values}
 
 
-def test_late_and_in_odd_order_the_nodes_lock_in(graph, offline_hash):
+def test_late_and_in_odd_order_the_nodes_lock_in(graph):
     observer, start = graph
     start(FIRST)
     observer.until(lambda: observer.state == 'waiting', 'the simulator')
     start(LATER)
-    observer.until(lambda: observer.sees(LATER), 'the first of the others')
+    observer.until(lambda: set(LATER) <= {*observer.node.get_node_names()}, 'the first others')
     assert observer.state == 'waiting'
     start(LAST)
     observer.until(lambda: observer.state == 'finished', 'the end')
     assert observer.values['end'] == 'duration'
-    assert observer.values['trajectory_hash'] == offline_hash
+    assert observer.values['trajectory_hash'] == run_offline(SCENARIO).trajectory_hash

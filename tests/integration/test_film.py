@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import RunRecord
@@ -16,19 +16,7 @@ from khr_common import KhrError, RunError
 from khr_common.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render, render_run, save_gif
-from khr_report.film.overlay import (
-    FAINT,
-    LEFT,
-    MASS,
-    PRESSURE,
-    RIGHT,
-    SHOWN,
-    TRACE,
-    VERDICTS,
-    Brush,
-    Overlay,
-    OverTime,
-)
+from khr_report.film.overlay import FAINT, LEFT, MASS, PRESSURE, RIGHT, TRACE, VERDICTS, Overlay
 from khr_report.film.scene import Look, PosedScene, Shadow, frames, scenario_of, source_of
 from khr_sim.physics.camera import Camera
 from tests.support.runs import khr
@@ -86,16 +74,6 @@ def test_a_point_of_odom_is_where_the_renderer_puts_it():
     assert seen[0] == pytest.approx((200.0, 150.0))
     assert seen[1, 0] > 210.0 and seen[1, 1] == pytest.approx(150.0)
     assert seen[2, 1] < 140.0
-
-
-@pytest.mark.parametrize('degrees', [-5.0, 8.0])
-def test_the_level_line_and_the_slope_are_drawn_at_the_inclination(degrees):
-    (frame,) = frames(short(0.0149).changed({('simulator', 'inclination_deg'): degrees}))[-1:]
-    camera = Look().camera(frame.truth)
-    along = matrix(pitched(frame.truth.inclination))[:, 0]
-    middle = frame.truth.sole_position.mean(axis=0)
-    (x, y), (further, lower) = camera.pixels(np.array((middle, middle + 0.2 * along)))
-    assert np.degrees(np.arctan2(lower - y, further - x)) == pytest.approx(degrees, abs=0.2)
 
 
 def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles():
@@ -165,27 +143,6 @@ def test_corrections_are_drawn_with_their_constant_part(kept):
     Overlay(scenario, leaning, 720).draw(blank, leaning[-1], Look().camera(leaning[-1].truth))
     part = np.asarray(blank).astype(int)[95:220, 645:]
     assert (np.abs(part - LEFT).max(axis=-1) < 30).sum() > 20
-
-
-def test_lines_over_time_end_now_and_swings_are_shaded():
-    time = np.arange(0.0, 2.0, 0.015)
-    line = OverTime(
-        (), 60.0, time, [(TRACE, np.where(time < 1.0, 60.0, -60.0))], {'left': [(0.2, 0.5)]}
-    )
-    blank = Image.new('RGB', (300, 112), 'white')
-    pen = ImageDraw.Draw(blank, 'RGBA')
-    line.draw(Brush(pen, ImageFont.load_default(20), 1.0), (0.0, 0.0, 300.0, 112.0), 1.5)
-    picture = np.asarray(blank).astype(int)
-    rows, columns = np.nonzero(np.abs(picture - TRACE).max(axis=-1) < 30)
-    upper, lower = columns[rows < 60], columns[rows > 70]
-    now, across = 300 - 58, (300 - 58 - 8) / SHOWN
-    assert lower.max() == pytest.approx(now, abs=2)
-    assert upper.max() == pytest.approx(now - 0.5 * across, abs=3)
-    blue = picture[60:70, :, 2] - picture[60:70, :, 0]
-    _, shaded = np.nonzero((blue > 15) & (blue < 40))
-    assert (shaded.min(), shaded.max()) == pytest.approx(
-        (now - 1.3 * across, now - 1.0 * across), abs=2
-    )
 
 
 def test_two_runs_are_side_by_side_the_shorter_waits_and_one_is_a_film_too(folder, tmp_path):

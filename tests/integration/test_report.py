@@ -10,18 +10,14 @@ from platform import python_version
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from khr_analysis.outcome_values import shown
 from khr_balance.controllers import AnkleControllerParameters
 from khr_bringup.code_version import code_version, library_versions
-from khr_bringup.recorded.bags import read_messages, read_what_is_left
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
-from khr_common.interfaces import PUSHED
 from khr_report.run.contents import contents_of
 from khr_report.run.page import OUTCOME, report
 from tests.fakes.bags import make_bag, push, reported, state
@@ -168,27 +164,22 @@ def test_run_without_a_bag_is_repeated(brief, tmp_path, capsys):
     ('change', 'says'),
     [
         ({'trajectory_hash': '0' * 64}, 'takes another trajectory'),
-        ({'trajectory_hash': ''}, 'no bag, so no signals'),
+        ({'end': 'stopped'}, 'no bag, so no signals'),
     ],
 )
-def test_run_that_does_not_repeat_has_no_signals(brief, tmp_path, change, says):
+def test_run_that_does_not_repeat_has_no_signals_but_outcome_and_parameters(
+    brief, tmp_path, change, says
+):
     folder = copy(brief, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | change
     (folder / 'outcome.json').write_text(json.dumps(outcome))
     found = contents_of(folder)
     assert found.series is None
     assert says in found.notes[-1]
-    assert found.record.judged.verdict == outcome['verdict']
-
-
-def test_page_without_signals_shows_outcome_and_parameters(brief, tmp_path):
-    folder = copy(brief, tmp_path / 'run')
-    outcome = json.loads((folder / 'outcome.json').read_text()) | {'end': 'stopped'}
-    (folder / 'outcome.json').write_text(json.dumps(outcome))
     page = check_alone(report(folder, None, None))
     assert f'{OUTCOME["verdict"]} {outcome["verdict"]}' in page.text
     assert 'simulator.friction 0.3' in page.text
-    assert 'no bag, so no signals' in page.text
+    assert says in page.text
 
 
 @pytest.mark.parametrize(
@@ -200,14 +191,8 @@ def test_page_without_signals_shows_outcome_and_parameters(brief, tmp_path):
         ('outcome.json', None, 'outcome.json is missing'),
         ('outcome.json', '{"verdict": ', 'outcome.json: not readable'),
         ('outcome.json', '3', 'outcome.json: not readable'),
-        *(
-            (
-                'outcome.json',
-                f'{{"verdict": "stood", "time_s": {value}, {REST}}}',
-                'is not a number',
-            )
-            for value in ('true', '[1]', '1e999')
-        ),
+        ('outcome.json', f'{{"verdict": "stood", "time_s": true, {REST}}}', 'is not a number'),
+        ('outcome.json', f'{{"verdict": "stood", "time_s": 1e999, {REST}}}', 'is not a number'),
     ],
 )
 def test_one_file_missing_or_damaged_leaves_the_rest(brief, tmp_path, name, text, says):
@@ -268,29 +253,6 @@ def test_page_of_a_truncated_bag_warns(recorded, tmp_path, capsys):
     assert 'the bag is damaged; shown is what can be read to ' in text
     assert 'too short' in text.lower()
     assert 'damaged' in capsys.readouterr().err
-
-
-@given(st.data())
-@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
-def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, data):
-    folder = tmp_path_factory.mktemp('cut')
-    pushes = [push() for _ in range(20)]
-    for number, each in enumerate(pushes):
-        each.wrench.force.x = float(number)
-    make_bag(folder, None, *(('/simulator/push', each) for each in pushes))
-    file = folder / 'bag' / 'bag.mcap'
-    content = file.read_bytes()
-    file.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
-    with pytest.raises(KhrError):
-        read_messages(folder, [PUSHED])
-    try:
-        messages, damage = read_what_is_left(folder, [PUSHED])
-    except KhrError:
-        return  # nothing is left
-    assert damage
-    assert [each.wrench.force.x for each in messages[PUSHED]] == [
-        float(number) for number in range(len(messages[PUSHED]))
-    ]
 
 
 def test_what_is_no_run_is_one_line_and_exit_code_2(tmp_path):

@@ -36,6 +36,23 @@ class Cluster:
 
 
 @pytest.fixture
+def start():
+    """Start processes that do not outlive the test."""
+    processes = []
+
+    def start(*arguments):
+        words = list(map(str, arguments))
+        pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+        processes.append(subprocess.Popen(words, text=True, **pipes))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate(timeout=PATIENCE)
+
+
+@pytest.fixture
 def dask(tmp_path, start):
     """A scheduler and two workers, as a user would start them on three machines."""
     tls = make_certificates(tmp_path)

@@ -114,20 +114,6 @@ def test_an_interrupted_run_is_repeated_as_far_as_it_went(run, text, tmp_path):
     assert verify(retold(run, tmp_path, text=longer, changed=stopped)) == 0
 
 
-def test_a_run_is_repeated_with_what_was_changed_and_pushed(run, tmp_path, capsys):
-    """At the last instant, where it changes nothing any more."""
-    folder = retold(
-        run,
-        tmp_path,
-        ('/diagnostics', reported(*CHANGED, after_ns=300_000_000)),
-        ('/simulator/push', push(at=0.3)),
-    )
-    assert verify(folder) == 0
-    out = capsys.readouterr().out
-    assert 'changed ankle_controller.gain to 18.0 after t = 0.300 s' in out
-    assert 'pushed t=0.3 duration=0.1 link=base_link frame=odom force=1.0,0.0,0.0' in out
-
-
 @pytest.mark.parametrize('after_ns', [-1, 150_000_000])
 def test_a_change_acts_from_the_instant_that_its_node_reports(run, tmp_path, capsys, after_ns):
     folder = retold(run, tmp_path, ('/diagnostics', reported(*CHANGED, after_ns=after_ns)))

@@ -6,15 +6,42 @@ import re
 import pytest
 
 from khr_balance.controllers import ANKLE_CONTROLLER
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO
-from tests.support.drivers import PATIENT, PENDULUM, ROUGH
+from tests.support.drivers import EXAMPLE, PATIENT, PENDULUM, ROUGH, install_example
 from tests.support.in_process import khr_here
-from tests.support.runs import stamp_ns
+from tests.support.runs import khr, stamp_ns, wait_for
 
 pytestmark = pytest.mark.slow
 SHAKEN = 3.0  # Hz, by the example
 BEGUN = 20  # periods: a recorder may miss the first instants, a driver none of the answers
+
+
+@pytest.fixture(scope='module')
+def with_example(tmp_path_factory):
+    """The example's driver and its relatives, where ROS 2 finds executables."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in install_example(tmp_path_factory.mktemp('prefix')).items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope='module')
+def stand_on(with_example, tmp_path_factory):
+    """Return a function that has the robot of a driver stand, with its ankles controlled."""
+
+    def run(driver, *arguments):
+        folder = tmp_path_factory.mktemp('driven') / 'run'
+        ended = khr(
+            *('run', 'stand_0deg', '--driver', driver, '--duration', 3, '--out', folder),
+            *('--set', 'ankle_controller.enabled=true', '--expect', 'upright', *arguments),
+            folder=folder,
+        )
+        assert ended.code == 0, ended.err
+        return ended
+
+    return run
 
 
 @pytest.fixture(scope='module')
@@ -89,6 +116,46 @@ def test_in_lockstep_every_instant_is_answered_and_a_run_repeats_bit_for_bit(sta
     due = [15_000_000 * number for number in range(BEGUN, 67)]
     assert all(list(stamps) == due for stamps in first.values())
     assert first == second
+
+
+def test_the_mixer_sends_the_sum_of_reference_and_corrections(with_example, tmp_path, monkeypatch):
+    """A test stands for the graph and for the controllers of ros2_control."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray
+
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    from khr_example_driver.mixer import Mixer
+
+    with registered('mixer', tmp_path) as entry:
+        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
+            monkeypatch.setenv(key, value)
+        rclpy.init(args=[])
+        try:
+            mixer, other, commands = Mixer(), rclpy.create_node('other'), []
+            executor = SingleThreadedExecutor()
+            executor.add_node(mixer)
+            executor.add_node(other)
+            other.create_subscription(
+                Float64MultiArray, 'servos/commands', lambda m: commands.append(list(m.data)), 10
+            )
+            reference = other.create_publisher(JointState, 'joint_reference', 10)
+            correction = other.create_publisher(JointState, 'hip_controller/correction', 10)
+
+            def mixed():
+                reference.publish(JointState(name=['l_knee', 'l_hip_pitch'], position=[0.5, 0.25]))
+                correction.publish(JointState(name=['l_hip_pitch'], position=[0.125]))
+                executor.spin_once(0.05)
+                return [0.5, 0.375] in commands
+
+            wait_for(mixed, 'the sum')
+            commands.clear()
+            wait_for(
+                lambda: executor.spin_once(0.05) or [0.5, 0.25] in commands, 'the reference alone'
+            )
+        finally:
+            rclpy.try_shutdown()
 
 
 def instants(bag):
