@@ -138,19 +138,20 @@ def test_dry_friction_holds_what_is_below_it_and_stops_what_is_not():
     assert 0.0 < abs(ideal - torque) <= 0.1 * gear / (stretch + gear) * 1.001
 
 
-def test_dry_friction_slows_a_coasting_rotor_as_its_torque_does():
+@pytest.mark.parametrize('way', [1.0, -1.0])
+def test_dry_friction_slows_a_coasting_rotor_as_its_torque_does(way):
     """The speed falls by J w' = -friction - loss w, whose solution is an exponential."""
     parameters = replace(
         SMOOTH, servo_friction=0.1, gear_stiffness=1.0, gear_damping=0.0, backlash_deg=3.0
     )
     servos, first, count = Servos(parameters, CARRIED), 1.0, 10
     servos.reset(ZERO, ZERO)
-    servos.state[RATE] = first  # so slow that it stays inside the backlash
+    servos.state[RATE] = way * first  # so slow that it stays inside the backlash
     for _ in range(count):
         servos.update(servos.state[ANGLE], ZERO, ZERO)
     per_time, time = BACK_EMF / parameters.rotor_inertia, 0.001 * count
     exact = (first + 0.1 / BACK_EMF) * np.exp(-per_time * time) - 0.1 / BACK_EMF
-    assert servos.state[RATE, KNEE] == pytest.approx(exact, abs=0.02 * (first - exact))
+    assert way * servos.state[RATE, KNEE] == pytest.approx(exact, abs=0.02 * (first - exact))
 
 
 def test_inside_the_backlash_the_gears_do_not_touch():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.gaits.kinematics import ROBOT, GaitError, forward
+from khr_balance.gaits.kinematics import HEEL_X, ROBOT, TOE_X, GaitError, forward
 from khr_balance.recovery.estimator import CaptureEstimator
 from khr_balance.recovery.parameters import RecoveryParameters
 from khr_balance.recovery.recovery import LEGS, Recovery
@@ -144,13 +144,14 @@ def test_a_motion_after_a_step_is_judged_as_the_first_one(part):
     assert phase(*fell, (stand, STILL, 600), last) == phase((stand, STILL, 600), last)
 
 
-@pytest.mark.parametrize('part', [0.05, 0.2, 0.35])
-def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part):
+@pytest.mark.parametrize(('part', 'carrying'), [(0.05, 1), (0.3, 1), (0.35, 2)])
+def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part, carrying):
     gait = gait_of(WALK)
     begin, end = gait.cycle(1)
     here = Stance(gait.reference(begin + part * (end - begin)))
     assert here.free_foot(1.0) == here.free_foot(-1.0) == 'l'
     assert here.heel < here.com[0] < here.toe
+    assert (here.toe - here.heel > TOE_X - HEEL_X + 0.01) == (carrying == 2)
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
