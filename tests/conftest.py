@@ -11,7 +11,6 @@ from hypothesis import settings
 
 from khr_common.arithmetic import PORTABLE, enter, in_force
 from tests import ROOT
-from tests.nightly import is_by_night
 
 pytest.register_assert_rewrite('tests.support')
 
@@ -65,8 +64,6 @@ def pytest_collection_modifyitems(config, items):
     by_day = 'not nightly' in config.option.markexpr
     again = config.pluginmanager.hasplugin('rerunfailures')  # not under colcon
     for item in items:
-        if is_by_night(f'{item.path.relative_to(ROOT)}::{item.name}'):
-            item.add_marker('nightly')
         alike = not set(OF_PROCESSES).isdisjoint(item.path.relative_to(ROOT).parts)
         alike = alike or item.path.match(*OF_MILLISECONDS)
         if again and alike:

@@ -64,7 +64,7 @@ def test_another_kernel_of_the_linear_algebra_library_changes_nothing():
     assert short(sys.executable, **environment) == kept_short()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(600)
 @pytest.mark.skipif(not EMULATOR, reason='no qemu-x86_64 (Debian: qemu-user): nothing emulated')
 def test_emulated_processors_take_the_kept_trajectory(tmp_path):

@@ -125,6 +125,7 @@ def test_forces_and_gyro_judge_it_and_there_is_no_trajectory(driven):
     assert 'upright' in page and 'none: nothing was simulated' in page
 
 
+@pytest.mark.nightly
 def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     with ServedRobot(tmp_path, map_='khr3hv_forces') as served:
         process = served.drive(

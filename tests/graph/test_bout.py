@@ -60,6 +60,7 @@ def test_each_robot_has_its_topics_and_frames_and_all_one_clock(fought):
     assert bag['/referee'][-1][1].position.tolist() == [1.0, 1.0]
 
 
+@pytest.mark.nightly
 def test_a_launched_round_has_the_same_hash_and_leaves_the_same_result(
     fought, tmp_path, monkeypatch
 ):
@@ -113,6 +114,7 @@ def running(tmp_path):
             process.communicate()
 
 
+@pytest.mark.nightly
 def test_each_robot_is_set_and_pushed_and_the_bout_repeats_with_that(running):
     shown = khr_here('set', 'red/ankle_controller', 'gain', '18')
     assert shown.code == 0, shown.err

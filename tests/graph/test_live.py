@@ -112,6 +112,7 @@ def pause(folder, *, halted=True):
         call(node, SetBool, 'simulator/pause', SetBool.Request(data=halted))
 
 
+@pytest.mark.nightly
 def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
     folder = tmp_path / 'run'
     process = in_background(

@@ -35,6 +35,7 @@ def change_a_threshold(namespace):
     rclpy.try_shutdown(context=context)
 
 
+@pytest.mark.nightly
 def test_two_robots_have_the_results_that_they_have_alone(tmp_path, monkeypatch):
     robots = {}
     with registered('two', tmp_path) as entry:

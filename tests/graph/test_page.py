@@ -391,6 +391,7 @@ def drag(page):
     page.mouse.up()
 
 
+@pytest.mark.nightly
 def test_a_phone_shows_the_robot_above_the_controls_and_signals_first(page, viewed):
     phone = page.context.browser.new_page(viewport={'width': 390, 'height': 800})
     phone.goto(f'http://127.0.0.1:{viewed.port}/')

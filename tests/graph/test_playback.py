@@ -125,6 +125,7 @@ def test_every_control_of_a_recording_acts_and_a_cut_bag_is_shown_up_to_the_cut(
         page.get_by_text('not a readable bag').wait_for()
 
 
+@pytest.mark.nightly
 def test_two_runs_stand_side_by_side(walked, fallen, played):
     with browser_page() as (page, _):
         page.goto(played(walked, '--against', fallen))

@@ -13,7 +13,7 @@ import pytest
 from tests import ROOT
 from tests.support.prefixes import check_prefix
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(2400)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(2400)]
 NAMES = sorted(path.parent.name for path in (ROOT / 'src').glob('*/package.xml'))
 VENV, ROSDEP, PACKAGES, *LATER = re.search(
     r'```sh\n(python3 -m venv .*?)```', (ROOT / 'docs' / 'ros2.md').read_text(), re.S

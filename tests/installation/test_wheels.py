@@ -56,6 +56,7 @@ def entries(wheels):
     return found
 
 
+@pytest.mark.nightly
 def test_the_whole_is_its_parts_and_the_sdist_makes_the_same_wheel(tmp_path):
     """All are built from a copy of the sources: building leaves files there."""
     for name in ('src', 'config', '.ci'):
@@ -93,6 +94,7 @@ def options_for(bin_folder, folder):
     return {'cwd': folder, 'env': kept | own | {'PIP_DISABLE_PIP_VERSION_CHECK': '1'}}
 
 
+@pytest.mark.nightly
 def test_the_steps_of_the_dockerfile_lead_to_a_run(tmp_path):
     """Done here in a folder, with this environment's packages for those of the base image."""
     bin_folder, image = bare(tmp_path / 'venv'), tmp_path / 'image'
@@ -123,6 +125,7 @@ def test_the_steps_of_the_dockerfile_lead_to_a_run(tmp_path):
     assert 'trajectory hash' in run(bin_folder / 'khr', *short, **options)
 
 
+@pytest.mark.nightly
 def test_docker_builds_the_image():
     if not shutil.which('docker') or subprocess.run(['docker', 'info'], check=False,
                                                     capture_output=True).returncode:  # fmt: skip

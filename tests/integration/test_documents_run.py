@@ -153,9 +153,9 @@ class Reader:
         return shown
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize('name', ['tutorial', pytest.param('tuning', marks=pytest.mark.nightly)])
+@pytest.mark.parametrize('name', ['tutorial', 'tuning'])
 def test_a_reader_gets_through(name, tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))  # the runs of other tests are not seen
     monkeypatch.chdir(tmp_path)
@@ -170,7 +170,7 @@ def test_a_reader_gets_through(name, tmp_path, monkeypatch):
         assert (tmp_path / path).is_file(), path
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_reader_sees_what_the_document_of_the_page_says(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     monkeypatch.chdir(tmp_path)
@@ -212,7 +212,7 @@ def test_verbs_and_options_are_those_of_the_command(path):
         assert asked <= known | {'--help'}, f'khr {verb}'
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_document_becomes_a_page(tmp_path):
     built = subprocess.run(
         [sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-c', 'docs', '-d',

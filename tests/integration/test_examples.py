@@ -20,7 +20,7 @@ def run(name, folder, *arguments):
     return ended.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_first_walk_is_drawn(tmp_path):
     said = run('first_walk', tmp_path)
     assert 'K_A = 12: walked' in said and (tmp_path / 'first_walk.png').stat().st_size > 10_000
@@ -32,7 +32,7 @@ def test_a_law_of_ones_own_holds_what_the_others_do_not(tmp_path):
     assert said == {'nothing': 'fell', 'rate': 'fell', 'rate_and_force': 'stood'}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_largest_push_grows_with_the_gain(tmp_path):
     said = run('push_study', tmp_path)
     forces = [float(each) for each in re.findall(r'([\d.]+) N', said)]
@@ -40,7 +40,7 @@ def test_the_largest_push_grows_with_the_gain(tmp_path):
     assert forces[0] < forces[2]  # K_A 0 and 24; the example finds 12 within its 0.25 N of either
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_sweep_is_drawn_as_a_map(tmp_path):
     run('sweep_map', tmp_path)
     assert (tmp_path / 'sweep_map.png').stat().st_size > 5_000
@@ -56,7 +56,7 @@ def test_a_policy_is_trained(tmp_path):
     assert [line.split(':')[0] for line in said] == ['nothing', 'learned']
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(300)
 def test_the_notebook_runs_from_top_to_bottom(tmp_path):
     import nbformat  # by night alone

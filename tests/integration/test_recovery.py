@@ -62,7 +62,7 @@ def errors(scenario):
     return np.array(found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize('engine', ENGINES)
 def test_the_estimate_is_within_5_mm_and_12_mm_of_the_truth_over_16_pushes(engine):
     found = []

@@ -295,6 +295,7 @@ def test_a_signal_of_another_recording_is_refused_beside_a_comparison(recorded, 
         report(recorded, offline, topic='/imu/data')
 
 
+@pytest.mark.nightly
 def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, brief, tmp_path, capsys):
     page = check_alone(report(recorded, brief, tmp_path / 'page.html'))
     warning = 'the runs are of different scenarios: walk_6.99deg_ka12, and stand_0deg'

@@ -81,7 +81,7 @@ def joined(dask):
     return '--scheduler', dask.address, '--tls', dask.tls
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_path, start, dask):
     file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
     command = start(*KHR, 'sweep', file, '--out', folder, *joined(dask))

@@ -6,11 +6,10 @@ from tests.reliability.strangers.other_machine import other_machine, spied, why_
 from tests.support.runs import LONG, addresses, wait_until_running
 
 REASON = why_not()
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(REASON), reason=REASON)]
+pytestmark = [pytest.mark.nightly, pytest.mark.skipif(bool(REASON), reason=REASON)]
 RUN = ('run', 'stand_0deg', *LONG, '--no-record')
 
 
-@pytest.mark.nightly
 def test_another_machine_neither_sees_nor_changes_a_run(in_background, tmp_path):
     with other_machine() as machine:
         process = in_background(*RUN, '--processes', '--out', tmp_path / 'run')

@@ -1,4 +1,4 @@
-"""Rules for the sources and for the list of the tests by night, and the contracts of imports."""
+"""Rules for the sources, and the contracts of imports."""
 
 import os
 import shutil
@@ -13,7 +13,6 @@ from khr_bringup.code_version import SOURCES
 from khr_studies.measuring import kept_pool
 from khr_studies.measuring.kept_pool import imported_by
 from tests import ROOT
-from tests.nightly import BY_NIGHT
 
 # A wrong import for each contract: the module that gets it, and the line.
 WRONG = {
@@ -67,14 +66,6 @@ def test_the_version_of_a_study_depends_on_its_code_and_not_on_its_words():
     assert kept_pool.code_of(here, imports=False) == kept_pool.code_of(moved, imports=False)
 
 
-def test_each_test_by_night_is_one_that_there_is():
-    for each, instead in BY_NIGHT.items():
-        path, _, name = each.partition('::')
-        text = (ROOT / path).read_text(encoding='utf-8')
-        assert f'def {name.partition("[")[0]}' in text, each
-        assert instead, each
-
-
 def verdicts(folder):
     """Return by contract what lint-imports says of the sources in a folder."""
     sources = [str(path) for path in folder.glob('src/khr*')]
@@ -91,7 +82,7 @@ def verdicts(folder):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_contract_notices_a_wrong_import(tmp_path):
     for path in ROOT.glob('src/khr*/khr*/**/*.py'):
         copy = tmp_path / path.relative_to(ROOT)

@@ -185,11 +185,12 @@ PUBLIC = {name: getattr(khr, name) for name in khr.__all__ if name != 'KhrError'
     'RunResult.table': khr.RunResult.table,
     'RunResult.plot': khr.RunResult.plot,
 }
-SLOW = ('critical', 'load', 'stage3', 'sweep', 'tune')  # other processes do the work
+BY_NIGHT = ('critical', 'stage3', 'sweep', 'tune')  # tests of their commands find the same
 
 
 @pytest.mark.parametrize(
-    'name', [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in PUBLIC]
+    'name',
+    [pytest.param(name, marks=[pytest.mark.nightly] * (name in BY_NIGHT)) for name in PUBLIC],
 )
 def test_an_example_does_what_it_says(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
