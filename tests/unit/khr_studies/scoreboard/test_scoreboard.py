@@ -167,15 +167,6 @@ def test_order_holds_on_both_engines_and_is_undecided_where_seeds_leave_it_open(
     assert 'K_A 12 and 18' in ankle['motion'] and ankle['verdict'] == 'missed'
 
 
-def test_walk_that_only_some_seeds_survive_is_undecided():
-    row = walk_row(by_thesis('slips again'), walks(walked('slipped'), walked('fell')))
-    assert row['verdict'] == 'undecided'
-
-
-def by_thesis(text):
-    return next(row for row in WALKS if row.thesis == text)
-
-
 @pytest.mark.parametrize(
     ('said', 'measured', 'difference'),
     [
@@ -214,9 +205,12 @@ def test_walk_is_judged_by_the_statement_of_the_thesis(said, measured, differenc
     assert row['verdict'] == ('missed' if difference else 'passed')
 
 
-def test_walk_does_not_slip_where_the_threshold_is_not_known():
+def test_walk_is_undecided_if_seeds_differ_and_never_slips_if_no_slide_is_known_to_be_one():
+    again = next(row for row in WALKS if row.thesis == 'slips again')
+    some_fall = walks(walked('slipped'), walked('fell'))
+    assert walk_row(again, some_fall)['verdict'] == 'undecided'
     slipping = walks(*[walked(slip=0.004)] * 2)
-    assert walk_row(by_thesis('slips again'), slipping, nan)['verdict'] == 'missed'
+    assert walk_row(again, slipping, nan)['verdict'] == 'missed'
 
 
 class Walks(Thesis):
