@@ -262,7 +262,7 @@ def noisy(seed, seeds=3, amplitude=0.0):
 
 @pytest.mark.slow
 def test_chance_exceeds_the_coherence_limit_once_in_a_hundred_times():
-    found = [noisy(seed).slip_coherence(each) for seed in range(100) for each in FREQUENCIES]
+    found = [noisy(seed).slip_coherence(each) for seed in range(50) for each in FREQUENCIES]
     beyond = np.mean([coherence > limit for coherence, limit in found])
     assert beyond == pytest.approx(0.01, abs=0.005)
 

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 
 import numpy as np
 import pytest
@@ -115,9 +116,8 @@ def test_feedback_raises_the_band_of_its_loop_and_damps_rocking_and_impacts():
 def test_another_robot_reaches_the_measurement_from_the_command(tmp_path):
     thesis.figure(['open_loops'], tmp_path, engine='mujoco', robot='stiff')
     points = (tmp_path / 'figure_open_loops_stiff_mujoco.csv').read_text()
-    margin = measure_loops('mujoco', 'stiff')['ankle'].margin()
-    assert margin.frequency < 5.0, 'by default it is higher'
-    assert f'{margin.gain:.1f}, at {margin.frequency:.1f} Hz' in points
+    (frequency,) = set(re.findall(r'unstable from K_A = .*, at (\S+) Hz', points))
+    assert float(frequency) < 5.0, 'by default it is higher'
 
 
 def test_another_robot_is_measured_with_its_own_constants(monkeypatch):
@@ -135,17 +135,17 @@ def test_another_robot_is_measured_with_its_own_constants(monkeypatch):
     assert walked[1]['gait', 'com_lifted'] == pytest.approx(shifted)
 
 
-def test_a_table_holds_the_model_s_own_numbers_and_the_picture_typesets_its_symbols(tmp_path):
-    seen = []
+def test_a_table_holds_the_model_s_own_numbers_and_the_picture_typesets_its_symbols(
+    tmp_path, monkeypatch
+):
+    seen, savefig = [], Figure.savefig
 
     def look(figure, *target, **options):
         seen.extend(text.get_text() for text in figure.findobj(Text))
         return savefig(figure, *target, **options)
 
-    savefig = Figure.savefig
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Figure, 'savefig', look)
-        _, table = draw('3.9', tmp_path)
+    monkeypatch.setattr(Figure, 'savefig', look)
+    _, table = draw('3.9', tmp_path)
     assert any('{\\mathrm{cr}}' in text for text in seen) and not any('φ_cr' in t for t in seen)
     assert 'φ_cr' in table.read_text(encoding='utf-8')
     curve = [

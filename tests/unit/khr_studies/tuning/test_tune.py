@@ -104,9 +104,9 @@ def test_robust_gains_hold_for_every_robot(invented, tmp_path):
         Member({'simulator.rotor_inertia': 0.006}, {}),
         Member({'simulator.rotor_inertia': 0.002}, {}),
     )
-    answer = tune(Question(WALK, GAINS, robots, seeds=1, candidates=160), 1, tmp_path)
+    answer = tune(Question(WALK, GAINS, robots, seeds=1, candidates=96), 1, tmp_path)
     assert 10.0 <= answer.best[K_A] <= 15.0 and answer.best['up'] == 1.0
-    only = tune(Question(WALK, GAINS, robots[1:], seeds=1, candidates=160), 1, tmp_path)
+    only = tune(Question(WALK, GAINS, robots[1:], seeds=1, candidates=96), 1, tmp_path)
     assert only.best[K_A] > 18.0
     assert dict(answer.scenario.values['simulator']) == dict(WALK.values['simulator'])
 
