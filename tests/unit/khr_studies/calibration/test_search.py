@@ -172,7 +172,7 @@ def test_a_candidate_is_pruned_above_the_parents_of_the_next_generation():
     assert proposals.prune_above == SEARCH.population // 2 - 1 < before
 
 
-def many(count, **figures):
+def many(count):
     generator = np.random.default_rng(0)
     return [
         robot(0.025 + 0.0005 * generator.standard_normal(), 0.2, generator.uniform(0.01, 0.03))

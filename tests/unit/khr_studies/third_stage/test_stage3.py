@@ -37,21 +37,18 @@ def standing_up_to(limit, monkeypatch):
     return tried
 
 
-@pytest.mark.parametrize('limit', [0.0, 3.9, 9.55])
-def test_a_climb_finds_the_limit_from_below(limit, monkeypatch):
-    tried = standing_up_to(limit, monkeypatch)
+@pytest.mark.parametrize(
+    ('falls_above', 'limit'),
+    [(-1.0, 0.0), (0.0, 0.0), (3.9, 3.9), (9.55, 9.55), (90.0, stage3.HIGHEST_DEG)],
+)
+def test_a_climb_finds_the_limit_from_below(falls_above, limit, monkeypatch):
+    tried = standing_up_to(falls_above, monkeypatch)
     found = climb(POINT, 'mujoco', 0)
     assert found['limit_deg'] == pytest.approx(limit, abs=STEP / 16.0 + 1e-9)
-    assert found['lifts'] == len(tried) == len(set(tried))
+    assert found['lifts'] == len(tried) == len(set(tried)) and (len(tried) == 1) == (
+        falls_above < 0.0
+    )
     assert found['overshoot_rad_s'] == (pytest.approx(3.9) if limit >= 3.8 else None)
-
-
-def test_a_climb_ends_on_the_flat_or_at_the_end(monkeypatch):
-    tried = standing_up_to(-1.0, monkeypatch)
-    fallen = {'limit_deg': 0.0, 'overshoot_rad_s': None, 'lifts': 1}
-    assert climb(POINT, 'mujoco', 0) == fallen and tried == [0.0]
-    standing_up_to(90.0, monkeypatch)
-    assert climb(POINT, 'mujoco', 0)['limit_deg'] == pytest.approx(stage3.HIGHEST_DEG)
 
 
 def test_the_model_predicts_its_own_edge():
