@@ -1,6 +1,5 @@
 """The map of servos: read strictly, and angles to counts and back."""
 
-import copy
 from importlib.resources import files
 
 import pytest
@@ -60,7 +59,7 @@ def test_positions_are_the_counts_of_the_simulated_board(shares):
 
 
 def test_sensors_are_read_by_their_scales():
-    data = plain() | {'forces': copy.deepcopy(FORCES)}
+    data = plain() | {'forces': FORCES}
     data['gyro']['sign'] = -1
     found = JointMap.parse(data, 'mine')
     ad = [450, -8, 100, 0, 1, 0, 0, 0, 0, 0, 0]

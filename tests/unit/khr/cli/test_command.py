@@ -236,6 +236,13 @@ def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
     assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
 
 
+def test_a_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(scenarios, 'load_scenario', lambda _: (tmp_path / 'gone').read_text())
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out) == (2, '')
+    assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
+
+
 def test_scenarios_lists_all(monkeypatch, capsys):
     monkeypatch.setenv('COLUMNS', '80')
     code, out, _ = khr(monkeypatch, capsys, 'scenarios')
