@@ -19,14 +19,6 @@ from khr_models.gyro_circuit.circuit import (
 )
 
 
-def test_resonances_by_hand():
-    assert TABLE_III.carrier_frequency == pytest.approx(
-        math.sqrt(0.07 / 1.678e-11) / (2.0 * math.pi)
-    )
-    assert TABLE_III.carrier_frequency == pytest.approx(10279.5, abs=0.1)
-    assert TABLE_III.sense.natural_frequency / math.tau == pytest.approx(17375.6, abs=0.1)
-
-
 def test_sensitivity_by_hand():
     # V_dc V_ac comb force at resonance, its speed, Coriolis, sense axis, C_1 - C_2, gain.
     force = 2.0 * 160 * 8.854e-12 * 40e-6 / 3e-6 * 2.5 * 2.5

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from khr_common import build
-from khr_common.rotation import matrix
 from khr_sim.physics.body import Start
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push
@@ -47,16 +46,6 @@ def play(world, seconds, push=None):
         world.push(push)
     states += [world.advance(postures) for _ in range(round(seconds / PERIOD))]
     return states
-
-
-def test_robots_that_face_each_other_are_mirror_images(face_to_face):
-    red, blue = play(face_to_face(0.4), 0.6)[-1]
-    assert red.sole_position.mean(axis=0)[:2] == pytest.approx((-0.2, 0.0), abs=5e-3)
-    assert blue.position * (-1, -1, 1) == pytest.approx(red.position, abs=1e-4)
-    assert blue.joint_position == pytest.approx(red.joint_position, abs=1e-3)
-    assert matrix(blue.orientation)[:2, :2] == pytest.approx(
-        -matrix(red.orientation)[:2, :2], abs=1e-3
-    )
 
 
 def test_a_robot_out_of_reach_falls_as_one_that_is_alone(face_to_face):
