@@ -148,7 +148,7 @@ def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
     assert outcome.slides == (pytest.approx(0.15), 0.0, 0.0, 0), 'all of it before a step'
 
 
-STILL = (0.0, -0.04, 0.0)
+STILL = 0.0, -0.04, 0.0  # a foot
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_vibration_is_that_of_the_motion_however_long_it_stands_after_it(idle):
 
 
 @pytest.mark.parametrize('wrong', [{'height': float('nan')}, {'rate': float('inf')}])
-def test_refuses_what_is_not_finite(wrong):
+def test_an_observation_that_is_not_finite_is_refused(wrong):
     with pytest.raises(KhrError, match='observation'):
         OutcomeMonitor(MonitorParameters()).update(0, Seen(**wrong).signals)
 
@@ -268,10 +268,6 @@ def test_a_fall_is_sensed_and_a_walk_is_none(enabled, verdicts):
     assert (run_offline(scenario, watch).verdict, found[-1]) == verdicts
 
 
-def samples(rate, force, count):
-    return [{GYRO: (0.0, rate, 0.0), **dict.fromkeys(FOOT_FORCES, (0.0, 0.0, force))}] * count
-
-
 @pytest.mark.parametrize(
     ('course', 'verdict'),
     [
@@ -280,9 +276,11 @@ def samples(rate, force, count):
         ([(0.1, 4.0, 200), (5.0, 4.0, 10), (0.1, 0.0, 100)], 'fell'),
     ],
 )
-def test_it_takes_a_fast_turn_and_then_no_load(course, verdict):
-    monitor = SensedMonitor(MonitorParameters())
-    signals = [each for rate, force, count in course for each in samples(rate, force, count)]
-    for k, each in enumerate(signals):
-        outcome = monitor.update(k * 15_000_000, each)
+def test_a_sensed_fall_takes_a_fast_turn_and_then_no_load(course, verdict):
+    monitor, stamp_ns = SensedMonitor(MonitorParameters()), 0
+    for rate, force, count in course:
+        signals = {GYRO: (0.0, rate, 0.0), **dict.fromkeys(FOOT_FORCES, (0.0, 0.0, force))}
+        for _ in range(count):
+            stamp_ns += PERIOD_NS
+            outcome = monitor.update(stamp_ns, signals)
     assert outcome.verdict == verdict

@@ -91,7 +91,9 @@ def test_a_node_of_one_module_is_in_the_code_version(registry_with, monkeypatch)
         ),
     ],
 )
-def test_one_that_does_not_is_refused_and_its_package_named(registry_with, module, entry, says):
+def test_a_node_that_does_not_fit_is_refused_and_its_package_named(
+    registry_with, module, entry, says
+):
     with pytest.raises(KhrError) as refusal:
         registry_with(module, entry)
     assert str(refusal.value).startswith('foreign: ')
@@ -100,7 +102,7 @@ def test_one_that_does_not_is_refused_and_its_package_named(registry_with, modul
         assert word in str(refusal.value)
 
 
-def test_what_a_node_publishes_itself_is_no_circle(registry_with):
+def test_a_node_that_subscribes_to_its_own_topic_is_no_circle(registry_with):
     loop = "Topic('loop', GYRO.kind, '')"
     module = GOOD.replace('(GYRO,)', f"(correction('foreign', ()), {loop})")
     module = module.replace("('l_knee',)),)", f"('l_knee',)), {loop})")

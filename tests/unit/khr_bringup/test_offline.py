@@ -45,7 +45,7 @@ for frozen in (False, True):
 
 
 @pytest.mark.slow
-def test_what_the_caller_drops_after_a_run_is_collected_and_what_he_froze_stays():
+def test_a_run_leaves_garbage_collection_as_the_caller_had_it():
     # in a process of its own, which has made no run yet
     done = subprocess.run(
         [sys.executable, '-c', GARBAGE], capture_output=True, text=True, check=True

@@ -102,7 +102,7 @@ def test_another_sweep_can_be_replaced(tmp_path):
 
 
 @pytest.mark.parametrize('name', ['sweep.json', '.9-results.parquet', 'sweep.json.part', ROWS])
-def test_what_a_killed_command_began_is_taken_over(tmp_path, name):
+def test_a_folder_that_a_killed_command_began_is_taken_over(tmp_path, name):
     (tmp_path / name).write_bytes(b'')
     with Folder(tmp_path, REQUEST) as folder:
         folder.append([row_of(1)])

@@ -71,7 +71,6 @@ def change(path, statement):
     'statement',
     [
         "UPDATE results SET data = replace(data, ':3', ':4') WHERE id = 'run 3'",
-        "UPDATE results SET data = x'ff' WHERE id = 'run 3'",
         "UPDATE results SET id = 'run 7' WHERE id = 'run 3'",
     ],
 )

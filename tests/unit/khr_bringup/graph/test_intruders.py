@@ -54,13 +54,13 @@ def test_a_participant_of_another_user_is_named(table):
     ],
     ids=['own', 'root', 'one port', 'of two users', 'of another domain', 'the claim'],
 )
-def test_what_is_no_participant_of_another_user_is_not(table, sockets):
+def test_sockets_that_are_no_participant_are_not_named(table, sockets):
     watch = Intruders(DOMAIN)
     table(*sockets)
     assert watch.found() is None
 
 
-def test_who_was_there_before_does_not_stop_a_run(table):
+def test_a_participant_from_before_does_not_stop_a_run(table):
     table((PORT, OTHER), (PORT + 1, OTHER))
     assert Intruders(DOMAIN).found() is None
 

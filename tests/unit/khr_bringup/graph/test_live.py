@@ -29,7 +29,7 @@ SCALARS = (
         ('another_node', 'path', 'a long one ' * 30),
     ],
 )
-def test_what_is_shown_can_be_set(node, name, value):
+def test_a_value_that_is_shown_can_be_set(node, name, value):
     shown = LiveParameter(name, value, '')
     for again in (parse_value(node, name, shown.as_yaml), shown.read(node, shown.as_yaml)):
         assert (again, type(again)) == (value, type(value))
@@ -44,7 +44,6 @@ def test_what_is_shown_can_be_set(node, name, value):
         ([1.0], '[2, 3.5]', [2.0, 3.5]),
         ([], '[2]', [2]),
         (True, 'false', False),
-        (12.0, 'fast', 'fast'),
     ],
 )
 def test_a_value_is_read_as_the_present_one(value, text, read):
@@ -53,13 +52,13 @@ def test_a_value_is_read_as_the_present_one(value, text, read):
 
 
 @given(SCALARS | st.lists(SCALARS))
-def test_whatever_is_shown_is_one_line_of_yaml(value):
+def test_every_value_is_shown_as_one_line_of_yaml(value):
     shown = LiveParameter('name', value, '').as_yaml
     assert '\n' not in shown
     assert yaml.safe_load(f'name: {shown}  # its meaning') == {'name': value}
 
 
-def test_what_a_node_would_refuse_is_refused_in_our_own_words():
+def test_a_change_that_a_node_would_refuse_names_what_is_accepted():
     gain, seed = LiveParameter('gain', 12.0, ''), LiveParameter('seed', 0, '', fixed=True)
     check_change('ankle_controller', gain, 18.0)
     check_change('another_node', gain, 900.0)

@@ -47,13 +47,13 @@ def started(folder, *arguments):
     return children
 
 
-def test_who_ends_badly_when_stopped_is_named(tmp_path):
+def test_a_child_that_ends_badly_when_stopped_is_named(tmp_path):
     children = started(tmp_path, '3')
     assert children.stop() == 'recorder ended with 3: stopped'
 
 
 @pytest.mark.parametrize(('removed', 'said'), [(False, ': ready'), (True, '')])
-def test_who_is_killed_while_stopping_is_named(tmp_path, removed, said):
+def test_a_child_that_is_killed_while_stopping_is_named(tmp_path, removed, said):
     children = started(tmp_path / 'log')
     if removed:
         shutil.rmtree(tmp_path / 'log')
@@ -61,13 +61,13 @@ def test_who_is_killed_while_stopping_is_named(tmp_path, removed, said):
     assert children.stop() == f'recorder was killed by SIGKILL{said}'
 
 
-def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
+def test_a_child_that_had_closed_and_was_not_let_go_is_not_named(tmp_path):
     children = started(tmp_path)
     os.kill(children._children['recorder'].pid, signal.SIGALRM)
     assert children.stop() is None
 
 
-def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):
+def test_a_child_is_named_that_is_frozen_for_long(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, 'FROZEN', 0.3)
     children = started(tmp_path, '0')
     child = psutil.Process(children._children['recorder'].pid)

@@ -104,7 +104,7 @@ values = st.dictionaries(st.sampled_from([*FIGURES, *QUANTITIES]) | st.text(), t
 
 
 @given(st.sampled_from(['monitor', 'simulator', 'x']), texts, values)
-def test_whatever_a_message_says_is_taken_or_refused(name, message, values):
+def test_every_message_is_taken_or_refused(name, message, values):
     reports = Reports([])
     view = reports.view
     for action in (

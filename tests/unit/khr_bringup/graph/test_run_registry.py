@@ -111,7 +111,7 @@ def test_a_domain_with_somebody_in_it_is_handed_out_only_to_who_asks_for_it(tmp_
             assert asked.domain == domain
 
 
-def test_who_squats_all_that_others_can_reach_stops_no_run(tmp_path):
+def test_a_user_who_takes_all_names_and_ports_stops_no_run(tmp_path):
     with ExitStack() as squatter:
         for domain in run_registry.DOMAINS:
             name = squatter.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
@@ -141,7 +141,7 @@ def test_an_entry_that_is_being_written_is_left_alone(tmp_path):
     ],
     ids=lambda entry: str(entry)[:20],
 )
-def test_what_is_no_entry_of_a_run_that_goes_on_is_forgotten(tmp_path, entry):
+def test_an_entry_of_no_present_run_is_forgotten(tmp_path, entry):
     with registered('walk', tmp_path) as own:
         foreign = register() / 'foreign.json'
         changed = entry if isinstance(entry, str) else json.dumps({**asdict(own), **entry})
@@ -197,7 +197,7 @@ def test_the_dead_of_a_domain_are_swept_with_their_locks(memory):
     assert names(memory) == ['fastrtps_fedcba9876543210', 'fastrtps_port9999', 'sem.mp-of_another']
 
 
-def test_what_a_process_holds_stays(memory):
+def test_segments_that_a_process_holds_stay(memory):
     before = names(memory)
     with (
         (memory / 'fastrtps_0123456789abcdef_el').open() as segment,

@@ -38,7 +38,7 @@ def read(signals, scenario=EMPTY):
     return series_of(messages, scenario)
 
 
-def test_what_a_bag_lacks_is_nan():
+def test_signals_that_a_bag_lacks_are_nan():
     series, _ = read({TRUE_RATE: [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]})
     assert (series.pitch_rate == 1.0).all()
     for lacking in (series.inclination, series.pitch, series.slip, series.foot_force):
@@ -47,7 +47,7 @@ def test_what_a_bag_lacks_is_nan():
     assert series.estimate is None
 
 
-def test_what_the_board_adds_by_itself_stands_for_the_controllers():
+def test_corrections_of_the_board_stand_for_those_of_the_controllers():
     added = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
     series, _ = read({BOARD_CORRECTION: added})
     assert (series.correction_of('ankle') == 0.1).all()

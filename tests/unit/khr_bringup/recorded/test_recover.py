@@ -145,7 +145,7 @@ def test_a_file_with_metadata_beside_it_is_recovered_with_its_folder(tmp_path):
 
 
 @pytest.mark.parametrize('name', ['', 'bag'])
-def test_what_is_no_bag_is_one_line(tmp_path, name):
+def test_a_folder_without_a_bag_is_refused_in_one_line(tmp_path, name):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(KhrError, match='no bag; accepted'):
         recover(tmp_path / name)

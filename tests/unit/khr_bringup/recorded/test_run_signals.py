@@ -25,29 +25,29 @@ def standing():
 
 
 def test_signals_describe_what_the_robot_does(standing):
-    series = standing
-    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
-    assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
-    assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)
+    np.testing.assert_allclose(np.diff(standing.time), 0.015, atol=1e-9)
+    assert standing.inclination[0] == 0.0  # the board is level at the start, then tilted
+    assert np.degrees(standing.inclination[-1]) == pytest.approx(3.8)
     # The robot leans with the board, its joints give, and its rate is the slope of its pitch.
-    assert 3.3 < np.degrees(series.pitch[-1] - series.pitch[10]) < 5.5
+    assert 3.3 < np.degrees(standing.pitch[-1] - standing.pitch[10]) < 5.5
     np.testing.assert_allclose(
-        np.cumsum(series.pitch_rate[11:]) * 0.015, series.pitch[11:] - series.pitch[10], atol=2e-3
+        np.cumsum(standing.pitch_rate[11:]) * 0.015,
+        standing.pitch[11:] - standing.pitch[10],
+        atol=2e-3,
     )
-    late = series.time > 2.5
-    weight = WEIGHT * np.cos(series.inclination[late])
-    np.testing.assert_allclose(series.contact_force[late].sum(axis=1), weight, rtol=0.02)
-    np.testing.assert_allclose(series.foot_force[late].sum(axis=1), weight, rtol=0.05)
-    assert not series.correction.any()
-    assert series.slip[-1] < 0.002
+    late = standing.time > 2.5
+    weight = WEIGHT * np.cos(standing.inclination[late])
+    np.testing.assert_allclose(standing.contact_force[late].sum(axis=1), weight, rtol=0.02)
+    np.testing.assert_allclose(standing.foot_force[late].sum(axis=1), weight, rtol=0.05)
+    assert not standing.correction.any()
+    assert standing.slip[-1] < 0.002
 
 
 def test_signals_survive_being_written(standing, tmp_path: Path):
-    series = standing
-    series.save(tmp_path / 'run.npz')
+    standing.save(tmp_path / 'run.npz')
     read = Series.load(tmp_path / 'run.npz')
-    np.testing.assert_allclose(read.contact_force, series.contact_force, rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(read.time, series.time, rtol=1e-6)
+    np.testing.assert_allclose(read.contact_force, standing.contact_force, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(read.time, standing.time, rtol=1e-6)
     assert [path.name for path in tmp_path.iterdir()] == ['run.npz']
     whole = (tmp_path / 'run.npz').read_bytes()
     version = whole.index(b'PK\1\2') + 6  # needed to extract the first file of the archive
@@ -90,7 +90,7 @@ def parts(changes=(), **set_):
     return constant_parts(scenario, changes, TIMES, np.zeros((len(TIMES), 0)))[:, 0]
 
 
-def test_it_is_the_correction_of_a_robot_that_does_not_move():
+def test_the_constant_part_is_the_correction_of_a_robot_that_does_not_move():
     still = {
         ('ankle_controller', 'enabled'): True,
         ('ankle_controller', 'gain'): 12.0,
@@ -104,13 +104,13 @@ def test_it_is_the_correction_of_a_robot_that_does_not_move():
     assert abs(loop[-20:]).max() < 0.3 * abs(series.constant[-1, 0])
 
 
-def test_it_follows_the_gain_from_the_sample_at_which_a_change_acts():
+def test_the_constant_part_follows_the_gain_from_the_sample_at_which_a_change_acts():
     before, change = parts(), Change('ankle_controller', 'gain', 24.0, 2_000_000_000)
     assert parts([change])[TIMES <= 2.0] == pytest.approx(before[TIMES <= 2.0])
     assert parts([change])[TIMES > 2.0] == pytest.approx(2.0 * before[TIMES > 2.0])
 
 
-def test_it_rises_with_the_start_ramp_and_forces_have_none():
+def test_the_constant_part_rises_with_the_start_ramp_and_forces_have_none():
     assert parts()[0] == 0.0 and parts()[1] == pytest.approx(0.5 * parts()[4])
     assert not parts(ankle_controller__source='force').any()
     assert not parts(ankle_controller__enabled=False).any()

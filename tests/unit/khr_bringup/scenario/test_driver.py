@@ -90,7 +90,7 @@ def test_a_package_says_what_its_driver_publishes(prefix):
         ('khr_sim/gyro', 'khr_sim/gyro is no driver'),
     ],
 )
-def test_what_is_no_driver_is_refused(prefix, text, reason):
+def test_an_executable_that_is_no_driver_is_refused(prefix, text, reason):
     with pytest.raises(KhrError, match=reason):
         driver_of(text, '--driver')
 

@@ -1,3 +1,5 @@
+"""Motions from files: their angles, and what a scenario holds of them."""
+
 import pytest
 
 from khr_analysis.spectrum import FftAnalyserParameters
@@ -82,13 +84,13 @@ def test_the_repeated_part_is_the_cycle_of_the_gait_and_the_window_of_the_spectr
         ('time_s,l_knee_deg\n0,x\n', r"own: knee\.csv: frame 1: l_knee_deg: 'x' is not accepted"),
     ],
 )
-def test_refuses_before_anything_runs(text, reason, tmp_path):
+def test_a_motion_that_cannot_be_is_refused_before_anything_runs(text, reason, tmp_path):
     (tmp_path / 'knee.csv').write_text(text)
     with pytest.raises(KhrError, match=reason):
         parse(SCENARIO, str(tmp_path / 'own'), 'own')
 
 
-def test_refuses_a_motion_without_file_and_a_file_of_another_kind():
+def test_a_motion_without_file_and_a_file_of_another_kind_are_refused():
     with pytest.raises(KhrError, match='accepted: a motion_file in a scenario'):
         load_scenario('walk_0deg').set_to(['gait.motion=file'])
     with pytest.raises(KhrError, match=r'accepted: a name that ends in \.csv, \.yaml, \.yml'):
