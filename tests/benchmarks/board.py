@@ -85,12 +85,7 @@ def run_on_board(name, *options, wire=0):
 
 
 def on_board(name, option, wire=0):
-    """Run a scenario on the virtual board to its end.
-
-    Returns:
-        Verdict of the twin and of the robot behind the board, number of periods, share of late
-        ones in %, the figures of the node, and the cores that other programs used meanwhile.
-    """
+    """Run a scenario on the virtual board to its end; return what the page shows of it."""
     twin = run_offline(scenarios.load_scenario(name).set_to([ENGINE])).verdict
     hold = ('--no-draw', option, '--set', 'board.at_exit=hold')  # or the robot falls at the end
     with run_on_board(name, *hold, wire=wire) as (out, run, serving):

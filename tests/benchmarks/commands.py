@@ -98,11 +98,7 @@ def growth(engine, seconds=ENDS[-1]):
 
 
 def commands():
-    """Return the wall time of each command, s; those of make in a clone of the last commit.
-
-    Raises:
-        RunError: if a command fails.
-    """
+    """Return the wall time of each command, s; those of make in a clone of the last commit."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(['git', 'clone', '--quiet', ROOT, 'clone'], cwd=folder, check=True)

@@ -99,12 +99,7 @@ def runs_for(number: str, limit_deg: float) -> dict[str, list[Invented]]:
 def kept_runs(experiment, folder, series_of, fell, cases=None) -> list[Run]:
     """Return two seeds of an experiment, in the order of its cases, with their signals in files.
 
-    Args:
-        experiment: its name.
-        folder: of the files.
-        series_of: returns the signals of a trial.
-        fell: returns whether the robot falls in a trial.
-        cases: all by default.
+    Of a trial, ``series_of`` returns the signals, and ``fell`` whether the robot falls.
     """
     whole, made = replace(specification_of(experiment, False), seeds=2), []
     order = list(whole.cases)

@@ -28,9 +28,9 @@ POLICIES = """- history: 3
   avoid_ros_namespace_conventions: false"""
 
 
-def header(stamp_ns, frame='imu'):
+def header(stamp_ns):
     stamp = TYPES['Time'](*divmod(int(stamp_ns), 10**9))
-    return TYPES['Header'](stamp, frame)
+    return TYPES['Header'](stamp, 'imu')
 
 
 def vector(x=0.0, y=0.0, z=0.0):
@@ -54,13 +54,13 @@ def message(kind, stamp_ns, value):
     return TYPES['Float64'](value)
 
 
-def tone(frequency, rate, seconds=4.0, amplitude=1.0, kind='Imu', start_ns=EPOCH):
+def tone(frequency, rate, seconds=4.0, kind='Imu'):
     """Return (time of recording in ns, message)s of a tone, in Hz, sampled at a rate, in Hz."""
     made = []
     for number in range(int(seconds * rate)):
         at = number / rate
-        stamp_ns = start_ns + round(at * 1e9)
-        value = amplitude * math.sin(math.tau * frequency * at)
+        stamp_ns = EPOCH + round(at * 1e9)
+        value = math.sin(math.tau * frequency * at)
         made.append((stamp_ns, message(kind, stamp_ns, value)))
     return made
 
@@ -100,9 +100,10 @@ def write_mcap(
     return Path(file)
 
 
-def wrapped(folder, messages, plugin='mcap', kind='driver_msgs/msg/Reading'):
+def wrapped(folder, messages, plugin):
     """Write a rosbag2 of messages of a driver's own type, each with an Imu in its field ``imu``."""
     own = get_typestore(Stores.ROS2_HUMBLE)
+    kind = 'driver_msgs/msg/Reading'
     text = 'std_msgs/Header header\nsensor_msgs/Imu imu\nstring raw'
     own.register(get_types_from_msg(text, kind))
     writer = Writer(folder, version=9, storage_plugin=getattr(StoragePlugin, plugin.upper()))

@@ -34,20 +34,14 @@ def served(board, folder, **options):
 
 
 class ServedRobot:
-    """The robot of a scenario behind a virtual board in a thread, and the run that drives it.
+    """The robot of a scenario behind a virtual board in a thread, and the run that drives it."""
 
-    Attributes:
-        map: how the robot is wired.
-        board, robot: as they are.
-        folder: of the run.
-    """
-
-    def __init__(self, folder, scenario='stand_0deg', map_='', faults=None):
+    def __init__(self, folder, scenario='stand_0deg', map_=''):
         self.folder, self.link = folder / 'run', folder / 'rcb4'
         self.map, self._map, self._scenario = JointMap.load(map_), map_, scenario
         chosen = scenarios.load_scenario(scenario).set_to(['simulator.engine=mujoco'])
         self.board, self.robot = virtual_board(chosen, self.map)
-        self.server = Server(self.board, self.link, faults=faults)
+        self.server = Server(self.board, self.link)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
