@@ -138,7 +138,7 @@ def test_two_runs_stand_side_by_side(walked, fallen, played):
         heading = page.locator('[data-khr-title]').get_attribute('data-khr-title')
         walk = 'Walking downhill at 8.88 deg on the smooth surface'
         assert re.match(
-            rf'walked: {walk}, K_A 12, at 13.\d\d s\nfallen: {walk}, no control, at 4.\d\d s$',
+            rf'walked: {walk}, K_A 12, at 13.\d\d s\nfallen: {walk}, no control, at 3.\d\d s$',
             heading,
         )
         lines = chart(page, 'Foot forces').locator('.u-legend .u-label').all_inner_texts()
