@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections import Counter
 from contextlib import ExitStack, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from unittest.mock import patch
 
@@ -23,7 +23,6 @@ from tests.benchmarks.clock import WALL, clocks, log, speeds, timed
 from tests.support.runs import KHR, Bag, children
 
 SCENARIO, SECONDS = 'walk_0deg', 6.0
-MUJOCO_ENGINE = '--engine', 'mujoco'
 SHORT = scenarios.load_scenario(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
 STEPS, MUJOCO_TWIN = "the twin's steps alone", 'offline twin, MuJoCo'
@@ -104,8 +103,8 @@ def graph(*options):
     """Return speed, start-up, memory and, if it is recorded, latency of a graph."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / 'run'
-        command = [*KHR, 'run', SCENARIO, '--duration', str(SECONDS), *options, '--out', out]
-        memory = sampled_memory(command)
+        command = [*KHR, 'run', SCENARIO, '--duration', str(SECONDS), '--no-draw', *options]
+        memory = sampled_memory([*command, '--out', out])
         outcome = json.loads((out / 'outcome.json').read_text())
         return {
             WALL: float(outcome['real_time_factor']),
@@ -152,27 +151,28 @@ def last_diagnostics(bag, name):
     }
 
 
+GRAPHS = {
+    ONE: ('--one-process', '--no-record'),
+    ONE_RECORDED: ('--one-process',),
+    EACH: ('--processes', '--no-record'),
+    EACH_RECORDED: ('--processes',),
+}
 CASES = {
     RAW: plain,
     STEPS: steps,
     MOTORS: lambda: plain(motors=True),
     TWIN: offline,
     MUJOCO_TWIN: lambda: offline(on('mujoco')),
-    ONE: lambda: graph('--one-process', '--no-record'),
-    ONE_RECORDED: lambda: graph('--one-process'),
-    EACH: lambda: graph('--processes', '--no-record'),
-    EACH_RECORDED: lambda: graph('--processes'),
-    'one process, realtime': lambda: graph('--one-process', '--realtime'),
-    'a process per node, realtime': lambda: graph('--processes', '--realtime'),
+    **{name: partial(graph, *options) for name, options in GRAPHS.items()},
+    'one process, realtime': partial(graph, '--one-process', '--realtime'),
+    'a process per node, realtime': partial(graph, '--processes', '--realtime'),
 }
-
-
 MUJOCO_CASES = {
-    MUJOCO_ALONE: lambda: offline(on('mujoco')),
-    MUJOCO_ONE: lambda: graph('--one-process', '--no-record', *MUJOCO_ENGINE),
-    MUJOCO_ONE_RECORDED: lambda: graph('--one-process', '--no-draw', *MUJOCO_ENGINE),
-    MUJOCO_EACH: lambda: graph('--processes', '--no-record', *MUJOCO_ENGINE),
-    MUJOCO_EACH_RECORDED: lambda: graph('--processes', '--no-draw', *MUJOCO_ENGINE),
+    MUJOCO_ALONE: CASES[MUJOCO_TWIN],
+    **{
+        f'{name}, MuJoCo': partial(graph, *options, '--engine', 'mujoco')
+        for name, options in GRAPHS.items()
+    },
 }
 
 
