@@ -6,7 +6,7 @@ import sys
 from tests.reliability.harms.harmed_run import command
 
 TESTED = (
-    *('reliability/test_traffic', 'reliability/test_no_hang', 'reliability/test_closed'),
+    *('reliability/test_traffic', 'reliability/test_closed'),
     *('reliability/test_other_user', 'reliability/test_workers_elsewhere'),
     *('integration/test_sweep_cluster', 'graph/test_board', 'unit/khr_hardware/test_client'),
     *('unit/khr_hardware/test_driver', 'unit/khr_hardware/test_server'),
@@ -39,7 +39,7 @@ def tested(case, _):
 HARMS = {
     'mutated files, 500 each': (mutated, [('', 'files', '', number) for number in range(20)]),
     'damaged runs, 50 each': (mutated, [('', 'runs', '', number) for number in range(6)]),
-    'tests of traffic, users, network, workers, hangs, board': (
+    'tests of traffic, users, network, workers, board': (
         tested,
         [('', f'tests/{name}.py') for name in TESTED],
     ),

@@ -1,4 +1,4 @@
-"""A frozen process of any kind ends the run by name, and nothing of it is left."""
+"""A killed command leaves nothing of its run."""
 
 import json
 import signal
@@ -9,23 +9,6 @@ import pytest
 from tests.support.runs import LONG, children, finish, wait_until_running
 
 STAND = ('run', 'stand_0deg', *LONG)
-
-
-@pytest.mark.slow
-@pytest.mark.nightly
-@pytest.mark.parametrize(
-    ('frozen', 'named'),
-    [('simulator', 'simulator has'), ('gyro', 'no answer from ankle_controller, hip_controller')],
-)
-def test_a_frozen_process_ends_the_run_by_name(in_background, tmp_path, frozen, named):
-    process = in_background(*STAND, '--processes', '--out', tmp_path / 'run')
-    wait_until_running(tmp_path / 'run')
-    nodes = children(process)
-    nodes[frozen].suspend()
-    ended = finish(process, tmp_path / 'run')
-    assert ended.code == 1
-    assert named in ended.err
-    assert not any(psutil.pid_exists(node.pid) for node in nodes.values())
 
 
 @pytest.mark.slow
