@@ -5,7 +5,7 @@ import numpy as np
 from khr_studies.calibration.ensemble import missed_rows
 from khr_studies.calibration.study import Calibration
 from khr_studies.documents.docs_generator import generated
-from khr_studies.measuring.ensemble_file import read_ensemble
+from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json
 from khr_studies.measuring.thesis_values import EMPTY_FOOT_MOST
 from khr_studies.scoreboard.page import summary
@@ -39,10 +39,15 @@ def read_scoreboard():
 def test_the_readme_has_the_limits_of_the_scoreboard():
     board, readme = read_scoreboard(), read_readme()
     limit = {row['condition']: row['deg'] for row in board.limits}
+    others = spread_of(read_ensemble()[1:])
     for row in board.limits:
         if row['condition'] != 'inverted pendulum':
-            numbers = f'{row["thesis_deg"]:g} | {row["deg"]:.1f} | {row["half_width_deg"]:.1f}'
-            assert f'| {row["condition"]} | {numbers} | {row["verdict"]} |' in readme
+            of_engines = row['other_engine_deg'] - row['deg']
+            half_width = np.hypot(row['seeds_deg'], of_engines)
+            numbers = f'{row["thesis_deg"]:g} | {row["deg"]:.1f} | {half_width:.1f}'
+            spread = ' to '.join(f'{each:.1f}' for each in others.get(row['condition'], ()))
+            cells = [row['condition'], numbers, spread, row['verdict']]
+            assert f'| {" | ".join(cells)} |'.replace('|  |', '| |') in readme
             assert (row['lifted_load'] or 0.0) < EMPTY_FOOT_MOST, 'it tips on one leg'
     verdicts = [row['verdict'] for row in board.limits if row['kind'] != 'formula']
     assert verdicts.count('missed') == 2 and 'passed' not in verdicts
@@ -55,7 +60,10 @@ def test_the_readme_has_the_limits_of_the_scoreboard():
     assert f'both loops ends at {limit["stand, K_A 12, K_H 13"]:.1f} deg' in readme
     for motion in ('walk', 'stand'):
         assert limit[f'{motion}, K_A 12, K_H 13'] - limit[f'{motion}, K_A 12'] < 0.2
-    assert f'the {len(read_ensemble())} robots of the ensemble' in readme
+    robots = len(read_ensemble())
+    assert f'{robots - 1} other robots, the rest of an ensemble of {robots},' in readme
+    walks = [row['slipped'] for row in board.limits if row['condition'].startswith('walk')]
+    assert set(walks) == {1.0}, 'just below their limits all walks slip'
     predictions, fitted, *_ = summary(board).split('; ')
     assert f'{predictions}; {fitted}:' in readme
 
@@ -109,7 +117,10 @@ def test_the_chosen_robot_meets_every_ratio_and_line_on_both_engines():
     assert f'unstable at K_A {gain:.1f} and {frequency:.1f} Hz' in readme
     gain = robot.value('hip loop, critical gain', 'bullet')
     assert f'The hip loop becomes unstable at K_H {gain:.1f}' in readme
+    others = [len(missed_rows(plan, each)) for each in calibration.found.robots[1:]]
     more, fewer = (len(missed_rows(plan, each)) for each in (stiff, robot))
+    missed = f'{min(others)} to {max(others)} rows of the calibration, the default robot {fewer}'
+    assert f'they miss {missed}' in readme
     assert more > fewer
     words = f'misses {more} rows of the calibration where the default robot misses {fewer}'
     assert words in readme
