@@ -19,6 +19,7 @@ from traceback import extract_tb
 from typing import NamedTuple
 
 import psutil
+import pytest
 
 from khr_bringup.graph.run_registry import running
 from khr_common.files import write_text
@@ -129,9 +130,7 @@ def attempt(task):
         try:
             faults = HARMS[case.kind][0](case, Path(folder))
             figures = measured.read_text() if measured.is_file() else ''
-        except (
-            Exception
-        ) as error:  # of the campaign itself: it counts as a fault, and is looked into
+        except (Exception, pytest.fail.Exception) as error:  # a fault too, to be looked into
             at = extract_tb(error.__traceback__)[-1]
             faults = [f'campaign: {at.name}, line {at.lineno}: {type(error).__name__}: {error}']
     dead = [each.scenario for each in running() if not psutil.pid_exists(each.pid)]
