@@ -92,8 +92,8 @@ def in_background():
 
     processes = []
 
-    def start(*arguments, measured=False):
-        processes.append(start_khr(*arguments, measured=measured))
+    def start(*arguments):
+        processes.append(start_khr(*arguments))
         return processes[-1]
 
     yield start
