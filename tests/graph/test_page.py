@@ -45,7 +45,7 @@ def viewed(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def page(viewed):
-    with browser_page(1400, 850) as (page, asked):
+    with browser_page() as (page, asked):
         page.asked = asked
         page.goto(f'http://127.0.0.1:{viewed.port}/')
         slider(page, 'Ankle gain K_A').wait_for()
@@ -113,7 +113,7 @@ def test_a_number_acts_on_enter_alone_and_out_of_range_is_refused_as_by_the_comm
     thumb, before = slider(page, 'Ankle gain K_A'), '14'
     box = row(page, 'Ankle gain K_A', 'input').locator('input').last
     for number, after in (('99', before), ('23', '23')):
-        box.click()
+        box.focus()
         box.press('Control+a')
         box.type(number)
         page.wait_for_timeout(500)
@@ -138,6 +138,7 @@ def halted(page):
     Every chart has points then: once halted, none gets more. A walk that begins again has no
     spectrum at first, and may do so before a slow browser halts it.
     """
+    page.set_viewport_size({'width': 1400, 'height': 850})
     page.get_by_text(re.compile('^line n = ')).first.wait_for()
 
     def all_have_points():
