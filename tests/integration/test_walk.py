@@ -50,16 +50,6 @@ def test_walks_straight_and_as_far_as_it_steps(gait, walk):
     assert abs(heading(walk[-1]) - heading(walk[0])) < np.radians(5.0)
 
 
-def test_stance_foot_does_not_slip_grossly(gait, walk):
-    p = gait.parameters
-    ends = np.cumsum(p.phases) / sum(p.phases) * p.cycle_period / 2.0
-    start = gait.cycle(3)[0]
-    # Cycle 3 begins with a step of the left foot, so the right one stands.
-    lifted, landed = (walk[round((start + ends[index]) / PERIOD)] for index in (0, 3))
-    slip = landed.sole_position[1] - lifted.sole_position[1]
-    assert np.linalg.norm(slip[:2]) < 0.01
-
-
 def test_pitch_rate_is_led_by_even_lines_of_the_cycle(gait, walk):
     first, last = (round(time / PERIOD) for time in gait.cycle(3))
     rate = np.array([truth.mean_angular_velocity[1] for truth in walk[first + 1 : last + 1]])
