@@ -10,6 +10,7 @@ times how long it takes to free the servos instead.
 import argparse
 import itertools
 import json
+import resource
 import statistics
 import subprocess
 import tempfile
@@ -88,15 +89,17 @@ def on_board(name, option, wire=0):
     """Run a scenario on the virtual board to its end; return what the page shows of it."""
     twin = run_offline(scenarios.load_scenario(name).set_to([ENGINE])).verdict
     hold = ('--no-draw', option, '--set', 'board.at_exit=hold')  # or the robot falls at the end
+    began, busy, own = time.monotonic(), machine_time(), own_time()
     with run_on_board(name, *hold, wire=wire) as (out, run, serving):
         with joined(out) as node:
             answer = call(node, Trigger, 'board/start', Trigger.Request())
             assert answer.success, answer.message
-        others = cores_of_others(run, (run.pid, serving.pid))
+        run.wait()
         serving.terminate()
         robot = serving.communicate()[0].splitlines()[-3].split()[0]
         outcome = json.loads((out / 'outcome.json').read_text())
         latest = last_diagnostics(Bag(out / 'bag'), 'board')
+    others = (machine_time() - busy - own_time() + own) / (time.monotonic() - began)
     periods = outcome['periods']
     return {
         'twin': twin,
@@ -104,17 +107,8 @@ def on_board(name, option, wire=0):
         'periods': periods,
         'late': 100.0 * outcome['missed_periods'] / periods,
         **{name: float(latest.get(name) or 'nan') for name in FIGURES},
-        'others': others,
+        'others': max(0.0, others),
     }
-
-
-def cores_of_others(run, own):
-    """Wait for the end of a run; return how many cores other programs used until then."""
-    began, busy, before, used = time.monotonic(), machine_time(), process_time(own), 0.0
-    while run.poll() is None:
-        used = max(used, process_time(own) - before)
-        time.sleep(0.2)  # a sample
-    return max(0.0, machine_time() - busy - used) / (time.monotonic() - began)
 
 
 def machine_time():
@@ -123,15 +117,10 @@ def machine_time():
     return sum(times) - times.idle - times.iowait - times.guest - times.guest_nice
 
 
-def process_time(pids):
-    """Return the computing time of processes and of all their descendants, s."""
-    total = 0.0
-    with suppress(psutil.Error):
-        for pid in pids:
-            process = psutil.Process(pid)
-            for each in (process, *process.children(recursive=True)):
-                total += sum(each.cpu_times()[:2])
-    return total
+def own_time():
+    """Return the computing time of this process and of all that it has waited for, s."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in used)
 
 
 def free(option, rounds):
