@@ -136,7 +136,10 @@ class StepSlides:
 
 
 class Vibration:
-    """Root mean square of a rate above a corner frequency: a Butterworth of second order.
+    """Root mean square of a rate behind a high-pass: a Butterworth of second order.
+
+    It passes a share of the lines below its corner: with 4 Hz 18 % of the amplitude at 1.73 Hz,
+    f_0 of the gait, and 60 % at twice f_0.
 
     Args:
         corner: Hz.
