@@ -61,8 +61,9 @@ class RunResult(Result):
         second column in degrees, such as ``pitch_deg`` and ``gyro_rate_deg_s``. Arrays with a
         column per foot region, controller or joint are split, such as ``contact_force_l_toe`` and
         ``joints_l_knee_pitch``. ``pose_*`` is the pose of the torso, ``constant_*`` the part of a
-        correction that no sensor causes, ``balance_*`` places along the slope ahead of the middle
-        of the soles: centre of mass, capture point, centre of pressure, toe and heel edge.
+        correction that no sensor causes, ``balance_*`` places ahead of the middle of the soles:
+        centre of mass, capture point, centre of pressure, toe and heel edge. Lean (``pitch``) and
+        balance are in the heading of the robot, forward positive.
 
         Example:
             >>> import khr

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, nan, sin, sqrt, tan
+from math import atan2, cos, nan, sin, sqrt, tan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,10 @@ LOADED = 1.0  # N on a sole from which on it supports
 
 
 class Margins(NamedTuple):
-    """Places along the slope, m ahead of the middle between heel edge and toe edge."""
+    """Places along the ground, m ahead of the middle between heel edge and toe edge.
+
+    Ahead is the heading of the robot, see :func:`heading_of`.
+    """
 
     center: float  # of mass, projected vertically onto the slope
     # capture point: where the robot has to step to come to rest over it, the centre of mass plus
@@ -50,6 +53,7 @@ class Balance:
     # corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air
     support: Array
     margins: Margins  # along the slope; NaN in the air
+    axes: Array  # unit vectors along the slope in the heading of the robot: ahead and left, (2, 3)
 
 
 class BalanceModel:
@@ -97,12 +101,12 @@ class BalanceModel:
         forces = np.maximum(normal_forces, 0.0)
         carry = [soles[n] for n in range(2) if forces[2 * n] + forces[2 * n + 1] > LOADED]
         pressure = np.full(3, nan)
-        margins = AIRBORNE
+        margins, axes = AIRBORNE, _axes(heading_of(*pose[3:]), inclination)
         if carry:
             # The rows of the corners are two at the toe, then two at the heel.
             ends = np.concatenate([sole.reshape(2, 2, 3).mean(axis=1) for sole in soles])
             pressure = np.asarray(forces @ ends / forces.sum())
-            ahead = np.array([cos(inclination), 0.0, -sin(inclination)])
+            ahead = axes[0]
             edges = np.concatenate(carry) @ ahead
             toe, heel = float(edges.max()), float(edges.min())
             middle = (toe + heel) / 2.0
@@ -113,7 +117,7 @@ class BalanceModel:
                 toe - middle,
                 heel - middle,
             )
-        return Balance(poses, center, below, capture, pressure, _hull(carry), margins)
+        return Balance(poses, center, below, capture, pressure, _hull(carry), margins, axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +168,38 @@ def balances_of(
             model.at(pose, joints, inclination, forces, before, period) if known else None
         )
     return found
+
+
+def heading_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the heading, rad, of a robot given the quaternion of its base; 0 is along x of odom.
+
+    It is the yaw about the vertical that is left when the tilt is undone the shortest way. A robot
+    that topples in any direction therefore keeps the heading of its stance, where the yaw of
+    roll-pitch-yaw angles turns over at a pitch of 90 deg. Only a robot upside down has none. On a
+    slope it equals the angle about the normal of the ground of a robot that stands normal to it.
+    The legs have no yaw joint: the soles head where the base does.
+    """
+    return 2.0 * atan2(z, w)
+
+
+def pitch_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the lean, rad, of a robot given the quaternion of its base.
+
+    It is the angle from the vertical to the robot's own vertical axis, seen from the left of its
+    heading; forward is positive.
+    """
+    heading = heading_of(x, y, z, w)
+    along_x, along_y = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
+    ahead = cos(heading) * along_x + sin(heading) * along_y
+    return atan2(ahead, 1.0 - 2.0 * (x * x + y * y))
+
+
+def _axes(heading: float, inclination: float) -> Array:
+    """Return unit vectors along the slope, ahead and left of a heading, (2, 3)."""
+    down = np.array([cos(inclination), 0.0, -sin(inclination)])
+    across = np.array([0.0, 1.0, 0.0])
+    turn, aside = cos(heading), sin(heading)
+    return np.array([turn * down + aside * across, turn * across - aside * down])
 
 
 def _on_slope(point: Array, inclination: float) -> Array:

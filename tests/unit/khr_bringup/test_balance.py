@@ -1,12 +1,12 @@
 """Centre of mass, capture point and centre of pressure against toe and heel edge."""
 
-from math import isnan, sqrt
+from math import isnan, pi, sqrt
 
 import pytest
 
-from khr_bringup.balance import BalanceModel
+from khr_bringup.balance import BalanceModel, pitch_of
 from khr_common.interfaces import JOINTS
-from khr_common.rotation import matrix, pitched
+from khr_common.rotation import matrix, pitched, quaternion, rotated
 from khr_description.robot import Robot
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.run_parameters import RunParameters
@@ -52,6 +52,21 @@ def test_the_capture_point_runs_ahead_of_a_moving_robot():
     lead = now.margins.capture - now.margins.center
     assert lead == pytest.approx(speed * sqrt(now.center_of_mass[2] / GRAVITY))
     assert at().margins.capture == at().margins.center
+
+
+@pytest.mark.parametrize('heading', [pi / 2.0, pi, -2.0])
+@pytest.mark.parametrize('lean', [-1.7, -0.3, 0.4, 1.7])
+def test_lean_and_margins_are_in_the_heading_of_the_robot(heading, lean):
+    def toppling(heading):
+        found = None
+        for angle in (lean - 0.01, lean):
+            turn = matrix(rotated((0.0, 0.0, heading))) @ matrix(pitched(angle))
+            pose = (*(turn @ (0.0, 0.0, 0.3)), *quaternion(turn))
+            found = MODEL.at(pose, STRAIGHT, 0.0, EVEN, found, 0.015)
+        assert pitch_of(*pose[3:]) == pytest.approx(lean)
+        return found.margins
+
+    assert toppling(heading) == pytest.approx(toppling(0.0))
 
 
 def test_in_the_air_there_are_no_margins():

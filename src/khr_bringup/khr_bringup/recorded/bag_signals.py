@@ -8,17 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
+from khr_bringup.balance import pitch_of
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
-from khr_bringup.recorded.run_signals import (
-    ESTIMATED,
-    POSE,
-    Array,
-    Series,
-    constant_parts,
-    pitch_of,
-)
+from khr_bringup.recorded.run_signals import ESTIMATED, POSE, Array, Series, constant_parts
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import (

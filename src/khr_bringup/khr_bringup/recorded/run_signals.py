@@ -5,7 +5,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from math import atan2
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
-from khr_bringup.balance import BalanceSeries
+from khr_bringup.balance import BalanceSeries, pitch_of
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.result import Result
@@ -65,7 +64,7 @@ class Series:
     Attributes:
         time: s, (N,).
         inclination: of the ground, rad, (N,).
-        pitch: of the torso from the vertical, forward positive, rad, (N,).
+        pitch: of the torso from the vertical, forward in its own heading positive, rad, (N,).
         pitch_rate: true one of the torso, mean over the period, rad/s, (N,).
         gyro_rate: the same as the board reads it, rad/s, (N,).
         contact_force: true normal forces on l_toe, l_heel, r_toe, r_heel, N, (N, 4).
@@ -271,11 +270,6 @@ def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Resu
     return result, replace(
         Series(*given), pose=pose, joints=joints, constant=constant, estimate=estimate
     )
-
-
-def pitch_of(x: float, y: float, z: float, w: float) -> float:
-    """Return the pitch, rad, of a frame given by its quaternion."""
-    return atan2(2.0 * (x * z + y * w), 1.0 - 2.0 * (x * x + y * y))
 
 
 def constant_part(node: str, table: Any, time: float, stage: Sequence[float] = ()) -> float:

@@ -11,9 +11,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.balance import Balance, BalanceModel
+from khr_bringup.balance import Balance, BalanceModel, pitch_of
 from khr_bringup.changes import Change
-from khr_bringup.recorded.run_signals import constant_parts, pitch_of
+from khr_bringup.recorded.run_signals import constant_parts
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
@@ -126,19 +126,18 @@ class OverTime:
             x += pen.textlength(text, brush.font)
 
 
-def draw_from_above(brush: Brush, box: Box, balance: Balance, inclination: float) -> None:
-    """Draw the loaded soles and the points of the balance from above, forward to the right."""
+def draw_from_above(brush: Brush, box: Box, balance: Balance) -> None:
+    """Draw the loaded soles and the points of the balance from above, ahead to the right."""
     brush.panel(box)
     left, top, right, bottom = box
-    ahead = np.array([cos(inclination), 0.0, -sin(inclination)])
     corners = balance.support if len(balance.support) else balance.below[np.newaxis]
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     size = (right - left) / ACROSS
 
     def place(point: Array) -> tuple[float, float]:
-        x = (left + right) / 2.0 + size * float((point - middle) @ ahead)
-        y = (top + bottom + SMALL * brush.scale) / 2.0
-        return x, y - size * float(point[1] - middle[1])
+        ahead, aside = (balance.axes @ (point - middle)).tolist()
+        x = (left + right) / 2.0 + size * ahead
+        return x, (top + bottom + SMALL * brush.scale) / 2.0 - size * aside
 
     if len(balance.support):
         outline = [place(corner) for corner in balance.support]
@@ -197,7 +196,7 @@ class Overlay:
         start = top + 2.5 * line
         width, height = ABOVE[0] * self._scale, ABOVE[1] * self._scale
         box = margin, start, margin + width, start + height
-        draw_from_above(brush, box, balance, frame.truth.inclination)
+        draw_from_above(brush, box, balance)
         self._verdict(pen, right, margin)
         lean = pitch_of(*frame.truth.orientation.tolist())
         clock = f'lean {degrees(lean):.1f} deg   t {frame.time:.2f} s'

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_bringup.balance import Balance, BalanceModel
-from khr_bringup.recorded.run_signals import pitch_of
+from khr_bringup.balance import Balance, BalanceModel, pitch_of
 from khr_common.block import Numbers, Signals
 from khr_common.interfaces import (
     FOOT_FORCES,
