@@ -66,6 +66,7 @@ def test_a_bag_holds_both_robots_and_one_clock(fought):
     assert red.signals.pose[0, 0] < 0.0 < blue.signals.pose[0, 0]
     assert red.scenario.of('gait')['motion'] == 'file'
     assert blue.scenario.of('gait')['motion'] == 'stand'
+    assert load(folder, namespace='/blue').trajectory_hash == blue.trajectory_hash
 
 
 def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):

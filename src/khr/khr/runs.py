@@ -16,6 +16,7 @@ import pyarrow as pa
 from khr.arguments import ScenarioLike, checked
 from khr_analysis.outcome_values import labelled
 from khr_bringup.balance import balance_of
+from khr_bringup.bout.recorded import played
 from khr_bringup.offline import duration as length
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
@@ -176,6 +177,8 @@ def run(
 def load(path: str | PathLike[str], *, namespace: str = '') -> RunResult:
     """Read a recorded run: a folder that ``khr run`` has written, or its bag.
 
+    Of the folder of a bout the first round is read; ``round_2`` in it is the second.
+
     Args:
         path: the folder or bag; one of the files of the bag, too.
         namespace: of the robot, in a bag of several.
@@ -191,7 +194,7 @@ def load(path: str | PathLike[str], *, namespace: str = '') -> RunResult:
         >>> recorded.trajectory_hash == repeated.trajectory_hash
         True
     """
-    recorded = RecordedRun(Path(path), namespace=namespace)
+    recorded = RecordedRun(played(Path(path)), namespace=namespace)
     signals, outcome = recorded.signals
     if outcome is None and not recorded.has_scenario:
         raise KhrError(f'{path}: no signals in it; accepted: the bag of a khr run')
