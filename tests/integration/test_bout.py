@@ -132,6 +132,19 @@ def test_verbs_of_one_robot_ask_for_it_of_a_whole_bout_and_a_film_takes_no_other
     assert file.read_text().startswith('"time, s",')
 
 
+def test_each_robot_has_a_page_of_its_own_that_misses_no_file(fought):
+    folder, _ = fought
+    for robot in ('red', 'blue'):
+        ended = khr_here('report', folder, '--namespace', robot)
+        assert (ended.code, ended.err) == (0, '')
+        text = (folder / 'round_1' / f'report_{robot}.html').read_text()
+        assert f'<title>Run fought_round_1, {robot}</title>' in text
+        assert f': robot {robot} (fought_round_1)' in text
+        assert 'is missing' not in text and 'the slope' not in text
+        assert 'href="../bout.json"' in text
+    assert 'href="report_red.html"' in text
+
+
 def test_an_interrupted_bout_is_one_line_and_keeps_its_bag(tmp_path):
     folder = tmp_path / 'bout'
     process = start_khr('bout', 'shove_guard', *OFFLINE, '--out', folder)

@@ -49,6 +49,11 @@ def claim(folder: Path, option: str) -> Path:
     return folder
 
 
+def of_robot(stem: str, namespace: str) -> str:
+    """Return the stem of a file about one robot of several, such as ``report_blue``."""
+    return '_'.join([stem, *filter(None, namespace.split('/'))])
+
+
 def _lock(file: Path) -> int:
     """Make a file if it is not there, lock it, and return its descriptor.
 

@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from khr_bringup.changes import Change
+from khr_bringup.run_folder import of_robot
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
@@ -73,7 +74,7 @@ def render_run(
     look = look_of(*size, panels=len(runs))
     chosen = [source_of(each, namespace) for each in runs]
     within(max(each.length for each in chosen), still, part)
-    base = base_of(run, chosen[0].scenario.name, out)
+    base = base_of(run, chosen[0].scenario.name, out, namespace)
     tracks = [
         Filmed(
             one.scenario, one.frames(part_of(f'repeating {each}', one.length, show)), one.changes
@@ -218,9 +219,10 @@ def save_gif(
     )
 
 
-def base_of(run: str, name: str, out: Path | None) -> Path:
+def base_of(run: str, name: str, out: Path | None, namespace: str = '') -> Path:
     """Return the path of the files of a film, without their suffixes."""
     if out is not None:  # names contain degrees with decimals, so only these count as suffixes
         return out.with_suffix('') if out.suffix in ('.mp4', '.gif', '.png') else out
     folder = Path(run)
-    return folder / 'film' if folder.is_dir() else Path(name)
+    stem = of_robot('film' if folder.is_dir() else name, namespace)
+    return folder / stem if folder.is_dir() else Path(stem)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
@@ -10,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from khr_bringup.balance import Balance, balances_of, margins_of
+from khr_bringup.bout.recorded import bout_of_round
 from khr_bringup.changes import Change
 from khr_bringup.recorded.bags import AmbiguousError, bag_of
 from khr_bringup.recorded.events import Event, events_of, timed_pushes
@@ -32,7 +34,7 @@ Part = TypeVar('Part')
 class RunContents:
     """The parts of a run that could be read."""
 
-    name: str  # of its folder
+    name: str  # of its folder; of a round with that of its bout
     folder: Path  # of the run
     scenario: Scenario | None = None  # as it ran
     record: RunRecord | None = None  # the outcome
@@ -45,6 +47,8 @@ class RunContents:
     # the arithmetic, and versions of Python and the libraries; empty likewise
     made_with: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)  # on the parts that are missing, a line each
+    robot: str = ''  # namespace of the robot; empty if none was given
+    bout: Path | None = None  # folder of the bout of which the run is a round
 
     @property
     def parameters(self) -> Scenario:
@@ -99,8 +103,12 @@ def contents_of(path: Path, namespace: str = '') -> RunContents:
         raise KhrError(f'{path}: no such run; {ACCEPTED}')
     refuse_ros1(bag_of(path))
     run = RecordedRun(path, salvage=True, namespace=namespace)
-    found = RunContents(run.name, run.folder)
-    if path.is_dir():
+    place, bout = path.resolve(), None
+    with suppress(KhrError):  # a damaged file of the bout leaves the round
+        bout = bout_of_round(place)
+    name = '_'.join(place.relative_to(bout.parent).parts) if bout else run.name
+    found = RunContents(name, run.folder, robot=namespace.strip('/'), bout=bout)
+    if path.is_dir() and bout is None:  # the files of a bout are in its folder
         found.notes += [f'{n} is missing' for n in (SCENARIO, FILE) if not (path / n).is_file()]
     if found.read(lambda: run.text) is not None:
         found.version, found.made_with = run.version, run.made_with

@@ -29,7 +29,7 @@ from khr_sim.sensors import FootForceParameters
 
 EVENTS_NAMED = 9
 CHANGED = ', changed while it ran'
-BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
+BALANCE = 'Balance: places ahead of the middle of the soles'
 ESTIMATE = 'Recovery, its estimate of the '
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
 MARGINS = {  # names and colours, as on the page
@@ -150,13 +150,28 @@ def draw_run(bag: Path, out: Path, namespace: str = '') -> None:
     fell = outcome.fell_at if outcome else None
     events = events_of(fell, run.changes, series.time, series.stage, run.pushes)
     with styled():
-        figure = overview(series, run.parameters, events)
+        figure = overview(series, run.parameters, events, namespace)
         with written(out) as part:
             save(figure, part)
 
 
-def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -> Figure:
-    """Draw pitch rate, foot forces, corrections and spectrum of a run, and mark its events."""
+def robot_named(namespace: str) -> str:
+    """Return the end of a title that names the robot; empty for a run of one robot."""
+    robot = namespace.strip('/')
+    return f': robot {robot}' if robot else ''
+
+
+def overview(
+    series: Series, scenario: Scenario, events: Sequence[Event] = (), namespace: str = ''
+) -> Figure:
+    """Draw pitch rate, foot forces, corrections and spectrum of a run, and mark its events.
+
+    Args:
+        series: the signals of the robot.
+        scenario: as it ran.
+        events: to mark.
+        namespace: of the robot, if the run has several.
+    """
     panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
     third = third_cycle(series, scenario)
     if third and np.degrees(third.amplitude.max()) < LEAST:
@@ -172,7 +187,8 @@ def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -
     if third:
         draw_spectra(axes[-1], {'': third})
     changed = any('=' in event.text for event in events)
-    head(figure, (scenario.title or scenario.name) + CHANGED * changed, note(scenario))
+    title = (scenario.title or scenario.name) + robot_named(namespace)
+    head(figure, title + CHANGED * changed, note(scenario))
     return figure
 
 
@@ -293,6 +309,8 @@ def _share_time(axes: Sequence[Axes]) -> None:
 def from_above(runs: Mapping[str, RunContents]) -> Figure | None:
     """Draw centre of mass, capture point and centre of pressure; a panel for each run.
 
+    The axes are those of odom: along the slope and to the left, or x and y on level ground.
+
     Returns:
         The figure; None if no run has known poses.
     """
@@ -312,7 +330,9 @@ def from_above(runs: Mapping[str, RunContents]) -> Figure | None:
             places = [getattr(run.balances[n], point) for n in known]
             ahead, left = seen(np.array(places), inclination[known]).T
             axis.plot(ahead, left, color=color, linestyle='-', linewidth=0.8, label=label)
-        axis.set(xlabel='way down the slope (m)', ylabel='left (m)', aspect='equal')
+        sloped = inclination[known].any()
+        xlabel, ylabel = ('way down the slope (m)', 'left (m)') if sloped else ('x (m)', 'y (m)')
+        axis.set(xlabel=xlabel, ylabel=ylabel, aspect='equal')
         axis.set_ylim(*np.clip(axis.get_ylim(), -WIDEST, WIDEST))
     legend_above(axes[0])
     return figure

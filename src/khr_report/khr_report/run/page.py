@@ -12,11 +12,13 @@ from markupsafe import Markup
 
 from khr_analysis.outcome_values import LABELS, Value, shown
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.bout.result import FILE as OF_BOUT
 from khr_bringup.code_version import code_version, version_of, versions_of_run
 from khr_bringup.node_registry import registry
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
+from khr_bringup.run_folder import SCENARIO, of_robot
 from khr_bringup.scenario.derived import derived, swings
 from khr_common import specifications
 from khr_common.errors import KhrError, one_line
@@ -25,7 +27,7 @@ from khr_report.output import csv_text
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
-from khr_report.run.overview import CHANGED, from_above, note, over_time
+from khr_report.run.overview import CHANGED, from_above, note, over_time, robot_named
 from khr_report.run.recording_page import picture, report_recording
 from khr_report.run.spectra import draw_spectra, spectrogram, third_cycle
 from khr_sweeps.trial import complete
@@ -51,14 +53,16 @@ def report(
     Args:
         run: the folder of a run, or its bag.
         against: another.
-        out: the page; ``report.html`` in the run's folder by default.
-        topic, axis, namespace: of the signal to show of a recording that is no run of khr.
+        out: the page; in the run's folder by default, as ``report.html``, of a robot in a
+            namespace as ``report_blue.html``.
+        topic, axis: of the signal to show of a recording that is no run of khr.
+        namespace: of the robot, in a recording of several.
 
     Raises:
         KhrError: if a run has nothing to show, or the page cannot be written.
     """
     folder = run if run.is_dir() else run.parent
-    page = out or folder / 'report.html'
+    page = out or folder / f'{of_robot("report", namespace)}.html'
     if against is not None and (topic or axis):
         raise KhrError(f'{"--topic" if topic else "--axis"}: not accepted with --against')
     if topic or axis or (against is None and is_foreign(run, namespace)):
@@ -82,9 +86,12 @@ def report(
 
 def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
     """Write the page of one run, or of two compared; return its path."""
-    title = ' against '.join(run.name for run in found.values())
+    title = ' against '.join(
+        f'{run.name}, {run.robot}' if run.robot else run.name for run in found.values()
+    )
     titles = [
-        f'{name}: ' * (len(found) == 2) + f'{run.title}{CHANGED * bool(run.changes)} ({run.name}).'
+        f'{name}: ' * (len(found) == 2)
+        + f'{run.title}{robot_named(run.robot)}{CHANGED * bool(run.changes)} ({run.name}).'
         for name, run in found.items()
     ]
     lead = paragraphs(*titles) + part('notes', warnings)
@@ -156,7 +163,9 @@ def _signals(found: Found) -> Markup:
     for name, _, series in runs:
         body += Markup(
             '<p><a download="{}.csv" href="{}">Signals of {} (CSV, with units)</a></p>'
-        ).format(found[name].name, data_uri(_csv(series), 'text/csv'), name)
+        ).format(
+            of_robot(found[name].name, found[name].robot), data_uri(_csv(series), 'text/csv'), name
+        )
     return body
 
 
@@ -264,12 +273,14 @@ def _making(found: Found, page: Path) -> Markup:
 
 def _files(run: RunContents, page: Path) -> list[tuple[str, str]]:
     """Return names and addresses of a run's files beside the page; other pages among them."""
-    paths = [run.folder / name for name in FILES if (run.folder / name).is_file()]
+    paths = [run.folder / name for name in FILES]
+    paths += sorted(run.folder.glob('report_*.html'))
+    paths += [run.bout / name for name in (SCENARIO, OF_BOUT)] if run.bout else []
     place = page.resolve()
     return [
         (path.name, os.path.relpath(path.resolve(), place.parent))
         for path in paths
-        if path.resolve() != place
+        if path.is_file() and path.resolve() != place
     ]
 
 

@@ -17,6 +17,7 @@ from khr.cli.verbs.options import (
 )
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.bout import is_bout
+from khr_bringup.run_folder import of_robot
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_sweeps.progress import ProgressBar
@@ -89,8 +90,8 @@ def report(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="The page; report.html in the run's folder by default. Or .pdf, .svg, .png for the "
-            'charts alone.'
+            help="The page; by default report.html in the run's folder, report_NAME.html with "
+            '--namespace NAME. Or .pdf, .svg, .png for the charts alone.'
         ),
     ] = None,
     topic: TopicOption = '',
@@ -160,8 +161,8 @@ def export(
     out: Annotated[
         Path | None,
         typer.Option(
-            help='The file, .csv or .parquet (with --motion .csv or .yaml); RUN.csv in this folder '
-            'by default.'
+            help='The file, .csv or .parquet (with --motion .csv or .yaml); by default RUN.csv in '
+            'this folder, RUN_NAME.csv with --namespace NAME.'
         ),
     ] = None,
     motion: Annotated[
@@ -180,7 +181,7 @@ def export(
     from khr.runs import load
 
     folder = run_named(str(run))
-    file = out or Path(f'{folder.resolve().name}.csv')
+    file = out or Path(f'{of_robot(folder.resolve().name, namespace)}.csv')
     writers = {'.csv': pyarrow.csv.write_csv, '.parquet': pyarrow.parquet.write_table}
     if file.suffix not in writers:
         raise KhrError.refused('--out', str(file), 'FILE.csv or FILE.parquet')
@@ -206,7 +207,8 @@ def _export_motion(run: str, out: Path | None, namespace: str = '') -> None:
     if namespace and not recorded:
         raise KhrError(f'--namespace: {run} has no bag; accepted: the bag of several robots')
     scenario = load(folder, namespace=namespace).scenario if recorded else load_scenario(run)
-    file = out or Path(f'{folder.name.removesuffix(".yaml")}.csv')
+    stem = of_robot(folder.name.removesuffix('.yaml'), namespace)
+    file = out or Path(f'{stem}.csv')
     settings = write_motion(scenario.table(GaitParameters), file)
     print(file)
     print('play it with ' + ' '.join(f'--set {quote(each)}' for each in settings))
