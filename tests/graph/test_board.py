@@ -168,6 +168,29 @@ def test_a_killed_command_frees_the_robot(tmp_path):
         wait_for(lambda: served.free == served.map.numbers, 'free servos')
 
 
+def test_a_run_whose_robot_is_set_free_ends(tmp_path):
+    with ServedRobot(tmp_path) as served:
+        process = served.drive(*LONG)
+        start(served, 0.3)
+        with joined(served.folder) as node:
+            assert board('free', node).endswith(': the board is idle')
+        assert served.free == served.map.numbers
+        ended = finish(process, served.folder)
+        assert ended.code == 130 and 'stopped' in ended.out, ended.err
+
+
+@pytest.mark.nightly
+def test_a_killed_node_ends_the_run_by_name_and_frees_the_robot(tmp_path):
+    with ServedRobot(tmp_path) as served:
+        process = served.drive(*LONG, '--processes')
+        start(served, 0.3)
+        children(process)['ankle_controller'].kill()
+        ended = finish(process, served.folder)
+        assert ended.code == 1, ended.err
+        assert 'ankle_controller was killed by SIGKILL' in ended.err
+        assert served.free == served.map.numbers
+
+
 def test_an_exception_in_the_node_frees_the_robot(tmp_path, monkeypatch):
     import rclpy
 
