@@ -53,7 +53,8 @@ class ProgressBar:
             TimeRemainingColumn(),
             console=console,
             transient=True,
-            redirect_stdout=sys.stdout.isatty(),  # else rich would print it on stderr
+            # rich would print the output of another kind on stderr; closed, it is None
+            redirect_stdout=sys.stdout is not None and sys.stdout.isatty(),
         )
         self._task = self._bar.add_task(title, total=total or None, text='')
         self._title, self._total, self._done, self._before = title, total, done, done

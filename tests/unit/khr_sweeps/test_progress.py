@@ -33,6 +33,12 @@ def test_results_printed_beside_a_bar_go_to_stdout(console, capsys):
     assert 'the result' not in console.file.getvalue()
 
 
+def test_a_bar_needs_no_stdout(console, monkeypatch):
+    monkeypatch.setattr('sys.stdout', None)  # as of a command whose stdout is closed
+    with ProgressBar(total=5.0, console=console) as bar:
+        bar.advance()
+
+
 def test_a_bar_that_is_quiet_or_never_used_shows_nothing(console):
     with ProgressBar(total=5.0, console=console):
         pass

@@ -66,8 +66,23 @@ class Command(_WithoutFlagTypes, TyperCommand):
     """A verb."""
 
 
+class InterruptedVerb(Exception):
+    """A KeyboardInterrupt of a verb, of which typer would keep only the exit code."""
+
+
 class Group(_WithoutFlagTypes, TyperGroup):
     """Verbs."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Call the verb.
+
+        Raises:
+            InterruptedVerb: if a signal ended it.
+        """
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            raise InterruptedVerb from error
 
 
 def _show_version(asked: bool) -> None:

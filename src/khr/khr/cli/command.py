@@ -23,13 +23,14 @@ def main() -> None:
     Exit codes: 2 for a user's mistake, 1 for a run or a system that failed, 130 after SIGINT,
     SIGTERM or SIGHUP.
     """
+    _open_closed_streams()
     enter()
     atexit.register(_end)  # before all others, so that it is called last
     _handle_signals(_exit_at_once)  # nothing has started yet
     try:
         from typer.exceptions import TyperException
 
-        from khr.cli.app import app
+        from khr.cli.app import InterruptedVerb, app
         from khr_common import KhrError, RunError
 
         verbs = app(''.join(sys.argv[1:2]))
@@ -57,10 +58,24 @@ def main() -> None:
     except UnicodeError as error:
         found = getattr(error, 'object', '')
         _leave(f'{found!r:.200} is not accepted; accepted: paths and texts in UTF-8', 2)
-    except KeyboardInterrupt:
+    except (InterruptedVerb, KeyboardInterrupt):
         _leave('interrupted', INTERRUPTED)
     except (ImportError, MemoryError) as error:
         _leave_for_library(error)
+
+
+def _open_closed_streams() -> None:
+    """Let stdin, stdout and stderr that were closed (``>&-``) lead to the null device.
+
+    Else the next files that are opened have their numbers.
+    """
+    for number, name in enumerate(('stdin', 'stdout', 'stderr')):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest number is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, 'w' if number else 'r', closefd=False))
 
 
 _interrupted: list[int] = []  # signals received

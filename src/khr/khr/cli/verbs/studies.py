@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -179,12 +180,16 @@ def start_sweep(
     ] = False,
 ) -> None:
     """Run scenarios over a grid of parameters or at random, on one or many machines."""
+    from khr_common.errors import INTERRUPTED
     from khr_sweeps.reading import load_sweep
     from khr_sweeps.sweep import run_sweep
 
     known = scheduler_of(scheduler, tls, unauthenticated)
     folder = out or Path('runs') / (specification.stem + '-fast' * fast)
-    raise typer.Exit(run_sweep(load_sweep(specification, fast), folder, workers, known))
+    code = run_sweep(load_sweep(specification, fast), folder, workers, known)
+    if code == INTERRUPTED:
+        print('khr: interrupted; repeat the command to go on', file=sys.stderr)
+    raise typer.Exit(code)
 
 
 def draw_stability_map(
