@@ -1,6 +1,7 @@
 """Every verb reads a run from every form of its bag, and the answers agree."""
 
 import math
+import shutil
 from base64 import b64decode
 from functools import partial
 from types import SimpleNamespace
@@ -88,6 +89,16 @@ def test_a_split_bag_gives_the_same_answers(run, expected, tmp_path):
 def test_metadata_of_older_distributions_are_read(run, expected, tmp_path):
     bag = rewritten(run / 'bag', tmp_path / 'b', plugin='sqlite3')
     check(expected, as_humble(bag))
+
+
+def test_lines_read_the_cut_bag_of_a_run_and_say_so(run, tmp_path):
+    whole = peaks_of_recording(run / 'bag')
+    bag = shutil.copytree(run / 'bag', tmp_path / 'bag')
+    file = bag / 'bag.mcap'
+    file.write_bytes(file.read_bytes()[:-20])
+    cut = peaks_of_recording(bag)
+    assert cut.peaks == whole.peaks
+    assert 'not a readable bag' in cut.notes[0] and 'khr recover' in cut.notes[0]
 
 
 @pytest.mark.parametrize('name', ['bag.db3', 'bag.mcap.zstd', 'bag'])

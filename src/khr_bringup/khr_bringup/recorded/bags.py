@@ -109,8 +109,8 @@ def read_messages(
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise KhrError(
-            f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
-            'the folder of a run'
+            f'{bag}: not a readable bag ({text}); accepted: a whole one; "khr recover" keeps '
+            'what is left of it'
         ) from error
     return messages
 
@@ -134,7 +134,7 @@ def robots_in(bag: Path) -> list[str]:
 def read_what_is_left(
     bag: Path, topics: Sequence[Topic], namespace: str = ''
 ) -> tuple[Messages, str]:
-    """Like :func:`read_messages`, but return the messages before the damage of a damaged bag.
+    """Like :func:`read_messages`, but return the whole messages of a damaged bag.
 
     Returns:
         The messages, and the damage of the bag; empty if it is whole.

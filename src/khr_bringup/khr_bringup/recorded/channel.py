@@ -156,7 +156,8 @@ def _opened(path: Path) -> Iterator[Storage]:
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = one_line(str(error)) or type(error).__name__
         raise KhrError(
-            f'{path}: not a readable recording ({text}); accepted: a whole one'
+            f'{path}: not a readable recording ({text}); accepted: a whole one; "khr recover" '
+            'keeps what is left of it'
         ) from error
 
 

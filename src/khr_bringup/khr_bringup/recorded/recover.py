@@ -1,4 +1,4 @@
-"""Recover the bag of a killed recorder: write index, summary and metadata again."""
+"""Recover the bag of a killed recorder, or a damaged one: write its whole messages again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import Definition, Recording
 from khr_bringup.recorded.bags import bag_of
-from khr_bringup.recorded.storage import METADATA, files_of, is_indexed, is_recording, opened
+from khr_bringup.recorded.integrity import check_bag
+from khr_bringup.recorded.storage import METADATA, files_of, is_intact, is_recording, opened
 from khr_common.errors import KhrError, one_line
 
 ENCODINGS = {  # of definitions, as MCAP names them
@@ -29,16 +30,17 @@ ENCODINGS = {  # of definitions, as MCAP names them
 
 @dataclass(frozen=True)
 class Recovered:
-    """A recovered bag: its messages, its last time in s, and the place of the cut bag."""
+    """A recovered bag: its messages, its last time in s, and the place of the damaged bag."""
 
     bag: Path
     messages: int
     seconds: float
     kept: Path
+    damaged: int = 0  # chunks that were left out
 
 
 def recover(bag: Path) -> Recovered | None:
-    """Write a cut bag again with all whole messages; the cut bag is kept.
+    """Write a cut or damaged bag again with all whole messages; the damaged bag is kept.
 
     Args:
         bag: the bag, an MCAP file of one, or the folder of the run that holds it.
@@ -65,22 +67,26 @@ def recover(bag: Path) -> Recovered | None:
         raise KhrError(f'{kept}: exists; accepted: a bag that has not been recovered before')
     with TemporaryDirectory(dir=place.parent, prefix='.recover-') as folder:
         new = Path(folder) / place.name
-        messages, end_ns = _rewrite(bag, place, new)
+        messages, end_ns, damaged = _rewrite(bag, place, new)
         place.rename(kept)
         shutil.move(new / f'{new.name}.mcap' if alone else new, place)
-    return Recovered(place, messages, end_ns / 1e9, kept)
+    return Recovered(place, messages, end_ns / 1e9, kept, damaged)
 
 
 def _is_whole(place: Path) -> bool:
+    """Return whether a bag can be read to its end and is as it was written, as by verify."""
     try:
-        with Reader(place):
-            return all(is_indexed(file) for file in files_of(place) if file.suffix == '.mcap')
+        check_bag(place)
+        with Reader(place) as reader:
+            read, stated = sum(1 for _ in reader.messages()), reader.message_count
+        intact = all(is_intact(file) for file in files_of(place) if file.suffix == '.mcap')
+        return intact and read == stated
     except Exception:  # a damaged bag fails in many ways inside the reader
         return False
 
 
-def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int]:
-    """Return how many messages were written, and the time of the last, ns."""
+def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int, int]:
+    """Return how many messages were written, the time of the last, ns, and the damaged chunks."""
     recording, end_ns = Recording(new), 0
     try:
         with opened(place, salvage=True) as storage:
@@ -103,7 +109,7 @@ def _rewrite(bag: Path, place: Path, new: Path) -> tuple[int, int]:
     if not count:
         raise KhrError(f'{bag}: no whole message in it; accepted: a bag with some')
     recording.close()
-    return count, end_ns
+    return count, end_ns, storage.damaged
 
 
 def _definition(connection: Connection) -> Definition:

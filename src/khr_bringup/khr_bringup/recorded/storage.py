@@ -11,7 +11,7 @@ import os
 import shutil
 import struct
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,8 +21,8 @@ from typing import Any, BinaryIO
 import zstandard
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Channel, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
@@ -46,6 +46,7 @@ class Storage:
 
     readers: list[Any]  # of its files, in their order
     notes: list[str] = field(default_factory=list)  # on its form, a sentence each
+    damaged: int = 0  # chunks that are left out
 
     @property
     def connections(self) -> list[Connection]:
@@ -102,7 +103,8 @@ def opened(place: Path, salvage: bool = False) -> Iterator[Storage]:
 
     Args:
         place: its folder, or one of its files.
-        salvage: read the files one by one if the metadata are damaged or do not fit.
+        salvage: read the files one by one if the metadata are damaged or do not fit, and leave
+            out damaged chunks.
 
     Raises:
         KhrError: if it is no recording.
@@ -124,7 +126,7 @@ def opened(place: Path, salvage: bool = False) -> Iterator[Storage]:
                 if trouble := _misfit(reader, inside):
                     if not salvage:
                         raise ValueError(trouble)
-                elif all(is_indexed(file) for file in place.glob('*.mcap')):
+                elif all(_is_readable(file, salvage) for file in place.glob('*.mcap')):
                     yield inside
                     return
         files = files_of(place) if is_recording(place) else []
@@ -162,7 +164,11 @@ def _read_files(stack: ExitStack, files: list[Path], folder: Path, salvage: bool
     storage = Storage([])
     for file in files:
         try:
-            storage.readers.append(_reader(stack, file, folder, salvage))
+            reader, damaged = _reader(stack, file, folder, salvage)
+            storage.readers.append(reader)
+            storage.damaged += damaged
+            if damaged:
+                storage.notes.append(f'{file.name}: damaged chunks that are left out: {damaged}.')
         except Exception as error:
             last = file is files[-1] and not storage.readers
             if last or not salvage:
@@ -182,40 +188,49 @@ def decompressed(file: Path, folder: Path) -> Path:
     return whole
 
 
-def _reader(stack: ExitStack, file: Path, folder: Path, salvage: bool) -> Reader:
-    """Open one file; decompress or mend it into the folder first, if necessary."""
+def _reader(stack: ExitStack, file: Path, folder: Path, salvage: bool) -> tuple[Reader, int]:
+    """Open one file; decompress or mend it into the folder first, if necessary.
+
+    Returns:
+        Its reader, and how many damaged chunks are left out.
+    """
     file = decompressed(file, folder)
     try:
         reader = stack.enter_context(Reader(file))
-        if file.suffix != '.mcap' or is_indexed(file):
-            return reader
-        raise McapError(f'{file.name}: no index of its messages')
+        if file.suffix != '.mcap' or _is_readable(file, salvage):
+            return reader, 0
+        raise McapError(f'{file.name}: no index of its messages, or damaged')
     except Exception as error:  # rosbags takes the profile of ROS and an index for granted
         if file.suffix != '.mcap' or not (salvage or _is_whole(file)):
             raise
         mended = folder / f'mended-{file.name}'
-        mend(file, mended)
+        damaged = mend(file, mended)
         reader = stack.enter_context(Reader(mended))
         if not reader.message_count:
             raise McapError(f'no whole message in {file.name}') from error
-        return reader
+        return reader, damaged
 
 
-def mend(damaged: Path, whole: Path) -> None:
-    """Write the messages before the damage of an MCAP file to a whole MCAP file.
+def mend(damaged: Path, whole: Path) -> int:
+    """Write the messages of the whole chunks of an MCAP file to another one.
 
     The file of a killed recorder has no end, and its last chunk may be cut. Channels without a
     schema are left out.
 
+    Returns:
+        How many chunks are not as they were written, by their checksum.
+
     Raises:
         OSError: if a file cannot be read or written.
     """
-    schemas, channels = {}, {}
+    schemas, channels, lost = {}, {}, 0
     with whole.open('wb') as stream, damaged.open('rb') as file:
         writer: Any = Writer(stream, compression=CompressionType.NONE)
         writer.start('ros2')
-        for record in _records_before_damage(file):
-            if isinstance(record, Schema) and record.id not in schemas:
+        for record in _records(file):
+            if record is None:
+                lost += 1
+            elif isinstance(record, Schema) and record.id not in schemas:
                 schemas[record.id] = writer.register_schema(
                     record.name, record.encoding, record.data
                 )
@@ -233,12 +248,64 @@ def mend(damaged: Path, whole: Path) -> None:
                     channels[record.channel_id], record.log_time, record.data, record.publish_time
                 )
         writer.finish()
+    return lost
 
 
-def _records_before_damage(file: BinaryIO) -> Iterator[McapRecord]:
+def _records(file: BinaryIO) -> Iterator[McapRecord | None]:
+    """Yield the records of an MCAP file, in the place of a damaged chunk None.
+
+    A file without an index of its chunks is read up to the first place that is no record.
+    """
     limit = os.fstat(file.fileno()).st_size
-    with suppress(McapError, ValueError, struct.error):  # the reader's own, by the kind of damage
-        yield from StreamReader(file, validate_crcs=True, record_size_limit=limit).records
+    summary = None
+    # the reader's own, by the kind of damage; an OSError of a file that is shorter than its end
+    with suppress(McapError, ValueError, struct.error, OSError):
+        summary = make_reader(file).get_summary()
+    if summary is not None and summary.chunk_indexes:
+        yield from (*summary.schemas.values(), *summary.channels.values())
+        for place in sorted(each.chunk_start_offset for each in summary.chunk_indexes):
+            file.seek(place)
+            reader = StreamReader(file, skip_magic=True, emit_chunks=True, record_size_limit=limit)
+            yield from _split(reader.records)
+        return
+    file.seek(0)
+    whole = StreamReader(file, emit_chunks=True, record_size_limit=limit).records
+    with suppress(McapError, ValueError, struct.error):
+        for record in whole:
+            yield from _split(iter([record])) if isinstance(record, Chunk) else [record]
+
+
+def _split(records: Iterator[McapRecord]) -> Sequence[McapRecord | None]:
+    """Return the records of the chunk that comes next; None alone if it is damaged."""
+    try:
+        chunk = next(records)
+        return breakup_chunk(chunk, True) if isinstance(chunk, Chunk) else [None]
+    except OSError:
+        raise
+    except Exception:  # a damaged chunk fails in many ways, by its compression
+        return [None]
+
+
+def is_intact(file: Path) -> bool:
+    """Return whether an MCAP file has an index, and is as it was written by its checksums."""
+    limit = file.stat().st_size
+    try:
+        with file.open('rb') as stream:
+            for record in StreamReader(
+                stream, emit_chunks=True, validate_crcs=True, record_size_limit=limit
+            ).records:
+                if isinstance(record, Chunk):
+                    get_chunk_data_stream(record, validate_crc=True)
+        return is_indexed(file)
+    except OSError:
+        raise
+    except Exception:  # a damaged file fails in many ways inside the reader
+        return False
+
+
+def _is_readable(file: Path, salvage: bool) -> bool:
+    """Return whether an MCAP file can be read as it is; salvaging looks at its checksums."""
+    return is_intact(file) if salvage else is_indexed(file)
 
 
 def is_indexed(file: Path) -> bool:

@@ -279,9 +279,11 @@ def peaks_of_recording(
         namespace: of the robot, in a recording of several.
     """
     if not (topic or axis):
-        run = RecordedRun(path, namespace=namespace)
+        run = RecordedRun(path, namespace=namespace, salvage=True)
         if run.has_scenario:
-            return peaks_of(str(path), run.parameters, run.series)
+            own = peaks_of(str(path), run.parameters, run.series)
+            damage = (f'A part of the recording: {run.damage}.',) if run.damage else ()
+            return replace(own, notes=(*damage, *own.notes))
     channel = read_channel(path, topic, axis, namespace)
     found, unit = recorded_spectrum(channel.even()), channel.quantity.unit
     lines = found.spectrum

@@ -5,11 +5,14 @@ import shutil
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import FLUSH_PERIOD, Recording
+from khr_bringup.recorded.channel import topics_in
+from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.recover import recover
 from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, TYPES
@@ -74,6 +77,31 @@ def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
     shutil.copytree(run / 'bag.cut', run / 'bag')
     with pytest.raises(KhrError, match=r'bag\.cut: exists'):
         recover(run)
+
+
+@pytest.mark.parametrize('lost', [1, 0])
+def test_damage_to_a_chunk_or_its_index_costs_that_chunk_at_most(killed, tmp_path, lost):
+    """Of an index, which follows its chunk, the messages can be found without it."""
+    recover(shutil.copytree(killed, tmp_path / 'run'))
+    bag = tmp_path / 'run' / 'bag'
+    shutil.rmtree(tmp_path / 'run' / 'bag.cut')
+    file, before = bag / 'bag.mcap', times(bag)
+    with file.open('rb') as stream:
+        chunk = make_reader(stream).get_summary().chunk_indexes[2]
+    start = chunk.chunk_start_offset + (200 if lost else chunk.chunk_length + 20)
+    content = bytearray(file.read_bytes())
+    content[start : start + 100] = bytes(100)
+    file.write_bytes(content)
+    with pytest.raises(KhrError, match='changed, by their checksum'):
+        check_bag(bag)
+    notes = topics_in(bag)[1]
+    assert notes == ['bag.mcap: damaged chunks that are left out: 1.'] * lost
+    found = recover(bag)
+    assert found.damaged == lost and (found.kept / 'bag.mcap').read_bytes() == content
+    kept = times(bag)
+    assert len(kept) == len(before) if not lost else len(before) // 2 < len(kept) < len(before)
+    assert kept[-1] == before[-1]
+    assert check_bag(bag) == '' and recover(bag) is None
 
 
 @pytest.mark.slow

@@ -140,7 +140,7 @@ def verify_bag(
 def recover_bag(
     bag: Annotated[Path, typer.Argument(help='A bag, an MCAP file, or the folder of a run.')],
 ) -> None:
-    """Repair the bag of a recorder that was killed; the damaged file is kept."""
+    """Repair a damaged bag, or that of a recorder that was killed; the damaged file is kept."""
     from khr_bringup.recorded.recover import recover
 
     found = recover(run_named(str(bag)))
@@ -148,7 +148,9 @@ def recover_bag(
         print(f'{bag}: whole')
         return
     print(f'{found.bag}: {found.messages} messages up to t = {found.seconds:.3f} s')
-    print(f'the cut bag is kept as {found.kept}')
+    if found.damaged:
+        print(f'damaged chunks that are left out: {found.damaged}')
+    print(f'the bag as it was is kept as {found.kept}')
 
 
 def export(
