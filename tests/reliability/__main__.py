@@ -1,8 +1,8 @@
-"""The campaign of faults: ``make chaos``. What is done with these sources is not repeated.
+"""The campaign of faults: ``make chaos``. Finished cases of the same sources are not repeated.
 
 python -m tests.reliability [--only NAME] [--jobs N] [--out FOLDER]
 
-What a run frees is overwritten (``MALLOC_PERTURB_``), so that whoever uses it afterwards is seen.
+Freed memory is overwritten (``MALLOC_PERTURB_``), so that use after free shows.
 """
 
 import argparse
@@ -54,7 +54,7 @@ def source_version():
 
 
 class Result(NamedTuple):
-    """What came of a case: what fell short, beside how many cores that others used."""
+    """The result of a case: its faults, and how many cores other processes used."""
 
     name: str
     kind: str
