@@ -101,7 +101,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
         'Force on the left foot',
         'Force on the right foot',
         'Corrections',
-        'Gait-3',
+        'Spectrum of the gyro; no whole cycle of the walk before the end',
         'Spectrogram',
     ):
         assert word in page.text

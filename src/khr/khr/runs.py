@@ -18,6 +18,7 @@ from khr_analysis.outcome_values import labelled
 from khr_bringup.balance import balance_of
 from khr_bringup.bout.recorded import played
 from khr_bringup.offline import duration as length
+from khr_bringup.recorded.events import events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.result import Result
@@ -95,8 +96,10 @@ class RunResult(Result):
         from khr_report.plots.plot_style import styled  # a run needs no pictures
         from khr_report.run.overview import overview
 
+        fell = self.judged.fell_at if self.judged else None
+        events = events_of(fell, (), self.signals.time, self.signals.stage)
         with styled():
-            return overview(self.signals, self.scenario)
+            return overview(self.signals, self.scenario, events)
 
     def __repr__(self) -> str:
         """Show verdict, length and hash; the signals are long."""

@@ -27,7 +27,13 @@ from khr_report.run.overview import (
     seen,
 )
 from khr_report.run.recording_page import MOST_POINTS, _envelope
-from khr_report.run.spectra import RANGE_DB, draw_spectra, spectrogram, third_cycle
+from khr_report.run.spectra import (
+    RANGE_DB,
+    PartSpectrum,
+    draw_spectra,
+    spectrogram,
+    spectrum_of_run,
+)
 from khr_sim.run_parameters import RunParameters
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
@@ -85,9 +91,11 @@ def test_a_signal_that_says_nothing_has_no_panel(series):
 def test_of_two_runs_the_one_without_a_spectrum_is_named(series):
     with styled():
         _, (axis,) = panels('')
-        draw_spectra(axis, {'A': third_cycle(series, SCENARIO), 'B': None})
+        draw_spectra(
+            axis, {'A': spectrum_of_run(series, SCENARIO), 'B': PartSpectrum('too short')}
+        )
     legend = axis.get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == ['A', 'B: too short for a spectrum']
+    assert [text.get_text() for text in legend.get_texts()] == ['A', 'B: too short']
 
 
 def test_the_highest_peak_has_its_name_inside_the_panel_and_above_its_own_mark(series):
@@ -95,13 +103,36 @@ def test_the_highest_peak_has_its_name_inside_the_panel_and_above_its_own_mark(s
     wave = np.sin(2.0 * np.pi * between * series.time)
     with styled():
         figure, (axis,) = panels('')
-        draw_spectra(axis, {'': third_cycle(replace(series, gyro_rate=wave), SCENARIO)})
+        draw_spectra(axis, {'': spectrum_of_run(replace(series, gyro_rate=wave), SCENARIO)})
         figure.draw_without_rendering()
     name = next(text for text in axis.texts if abs(float(text.get_text()) - between) < 0.1)
     frame, box = axis.get_window_extent(), name.get_window_extent()
     assert frame.y0 < box.y0 and box.y1 < frame.y1
     assert name.xy in [tuple(line.get_xydata()[0]) for line in axis.lines]
     assert name.xy[1] > max(end[1] for end in axis.collections[0].get_segments()[1])
+
+
+@pytest.mark.parametrize(
+    ('fell_at', 'part'),
+    [
+        (None, 'third whole cycle of the walk, 6.78 s to 9.07 s'),
+        (7.0, 'second whole cycle of the walk, the last before the fall, 4.47 s to 6.76 s'),
+        (4.4, 'no whole cycle of the walk before the fall (the first is over at 4.46 s)'),
+    ],
+)
+def test_a_walk_shows_its_third_cycle_or_the_last_one_before_its_fall(series, fell_at, part):
+    assert spectrum_of_run(series, SCENARIO, fell_at).text == part
+
+
+def test_of_a_motion_without_a_cycle_only_an_oscillation_is_named(series):
+    stand = load_scenario('stand_0deg')
+    (peak,) = spectrum_of_run(series, stand).peaks
+    assert peak.frequency == pytest.approx(TONE, abs=0.01)
+    pulses = replace(
+        series, gyro_rate=np.where(np.isin(series.time, series.time[[-9, -30]]), 1, 0)
+    )
+    assert spectrum_of_run(pulses, stand).spectrum.peaks
+    assert not spectrum_of_run(pulses, stand).peaks
 
 
 def test_signals_and_spectrogram_of_two_runs_share_the_time_axis(series):

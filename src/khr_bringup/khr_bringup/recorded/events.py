@@ -13,6 +13,8 @@ from khr_bringup.changes import Change
 from khr_bringup.recorded.run_signals import Array
 from khr_sim.physics.push import Push
 
+FELL = 'fell'
+
 
 @dataclass(frozen=True)
 class Event:
@@ -50,7 +52,7 @@ def events_of(
         stages: of the control at these times, (N,).
         pushes: those after the last sample are left out.
     """
-    found = [Event(fell_at, 'fell')] if fell_at is not None else []
+    found = [Event(fell_at, FELL)] if fell_at is not None else []
     found += [each for each in pushes if len(times) and each.time <= times[-1]]
     found += [
         Event(each.time, f'{each.node}.{each.parameter} = {number(each.value)}')
@@ -61,6 +63,11 @@ def events_of(
         for row in np.flatnonzero(np.diff(stages)) + 1
     ]
     return sorted(found, key=lambda event: event.time)
+
+
+def fall_in(events: Iterable[Event]) -> float | None:
+    """Return the time of the fall among events, s; None without one."""
+    return next((event.time for event in events if event.text == FELL), None)
 
 
 def number(value: object) -> str:

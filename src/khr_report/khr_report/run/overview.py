@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from khr_analysis.spectrum import Spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import Balance
-from khr_bringup.recorded.events import Event, events_of
+from khr_bringup.recorded.events import Event, events_of, fall_in
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import ESTIMATES, Array, Series
 from khr_bringup.scenario.derived import swings
@@ -24,7 +24,7 @@ from khr_common.files import written
 from khr_common.signals import broken
 from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled, write_at
 from khr_report.run.contents import RunContents
-from khr_report.run.spectra import draw_spectra, draw_spectrogram, third_cycle
+from khr_report.run.spectra import draw_spectra, draw_spectrogram, spectrum_of_run
 from khr_sim.sensors import FootForceParameters
 
 EVENTS_NAMED = 9
@@ -173,10 +173,10 @@ def overview(
         namespace: of the robot, if the run has several.
     """
     panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
-    third = third_cycle(series, scenario)
-    if third and np.degrees(third.amplitude.max()) < LEAST:
-        third = None
-    titles = [*(pane.title for pane in panes), *([SPECTRUM] if third else [])]
+    found = spectrum_of_run(series, scenario, fall_in(events))
+    one = found.spectrum
+    shown = one is not None and np.degrees(one.amplitude.max()) >= LEAST
+    titles = [*(pane.title for pane in panes), *([SPECTRUM] if shown else [])]
     figure, axes = panels(*titles, columns=1, height=0.8 + PANEL * len(titles))
     for axis, pane in zip(axes, panes, strict=False):
         pane.draw(axis)
@@ -184,11 +184,12 @@ def overview(
     _mark_times(axes[: len(panes)], scenario.table(GaitParameters), events)
     if panes:
         axes[0].set_xlim(0.0, float(series.time[-1]))
-    if third:
-        draw_spectra(axes[-1], {'': third})
+    if shown:
+        draw_spectra(axes[-1], {'': found})
+    missing = '' if one else f'no spectrum: {found.text}'
     changed = any('=' in event.text for event in events)
     title = (scenario.title or scenario.name) + robot_named(namespace)
-    head(figure, title + CHANGED * changed, note(scenario))
+    head(figure, title + CHANGED * changed, note(scenario), missing)
     return figure
 
 

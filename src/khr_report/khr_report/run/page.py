@@ -15,6 +15,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.result import FILE as OF_BOUT
 from khr_bringup.code_version import code_version, version_of, versions_of_run
 from khr_bringup.node_registry import registry
+from khr_bringup.recorded.events import fall_in
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
@@ -29,7 +30,7 @@ from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
 from khr_report.run.overview import CHANGED, from_above, note, over_time, robot_named
 from khr_report.run.recording_page import picture, report_recording
-from khr_report.run.spectra import draw_spectra, spectrogram, third_cycle
+from khr_report.run.spectra import draw_spectra, spectrogram, spectrum_of_run
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
@@ -171,7 +172,9 @@ def _signals(found: Found) -> Markup:
 
 def _spectrum(found: Found) -> Markup:
     lines = {
-        name if len(found) == 2 else '': third_cycle(run.series, run.parameters)
+        name if len(found) == 2 else '': spectrum_of_run(
+            run.series, run.parameters, fall_in(run.events)
+        )
         for name, run in found.items()
         if run.series is not None
     }
@@ -180,11 +183,10 @@ def _spectrum(found: Found) -> Markup:
     with styled():
         figure, (axis,) = panels('', height=3.0)
         draw_spectra(axis, lines)
-    return picture(
-        'Spectrum of the gyro in Gait-3, the third whole cycle of a walk; of other '
-        'motions in the last window',
-        figure,
+    shown = '; '.join(
+        f'{name}: {each.text}' if name else each.text for name, each in lines.items()
     )
+    return picture(f'Spectrum of the gyro; {shown}', figure)
 
 
 def _parameters(found: Found) -> Markup:

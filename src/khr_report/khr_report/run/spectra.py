@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from math import isfinite
+from dataclasses import dataclass, replace
+from math import floor, isfinite, isnan, nan
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from khr_analysis.peaks import Peak
 from khr_analysis.sampling import Samples, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -19,45 +20,73 @@ from khr_report.plots.plot_style import legend_above, write_at
 
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
+CYCLE = 3  # Gait-3, the whole cycle of a walk of which the thesis shows the spectrum
+ORDINALS = ('first', 'second', 'third')
+SHORT = 'too short for a spectrum'
+# Of a motion without a cycle: share of the power and periods in the window of a peak that is named.
+TONE_SHARE, TONE_PERIODS = 0.5, 3.0
 RANGE_DB = 40.0  # of the colours of a spectrogram
 
 
-def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
-    """Draw amplitudes over frequency, one colour per run, and name the largest peaks.
+@dataclass(frozen=True, eq=False)
+class PartSpectrum:
+    """The gyro's spectrum over one part of a run."""
 
-    Two runs have names, a single one an empty name; the legend names a run without a spectrum.
+    part: str  # of the run, such as ``third whole cycle``; without a spectrum the reason
+    spectrum: Spectrum | None = None
+    peaks: tuple[Peak, ...] = ()  # to name, the largest first
+
+    @property
+    def text(self) -> str:
+        """Return the part with its times; without a spectrum the reason."""
+        one = self.spectrum
+        return f'{self.part}, {one.start:.2f} s to {one.end:.2f} s' if one else self.part
+
+
+def draw_spectra(axis: Axes, spectra: Mapping[str, PartSpectrum]) -> None:
+    """Draw amplitudes over frequency, one colour per run, and name the peaks.
+
+    Two runs have names, a single one an empty name; the legend has the reason of a run without a
+    spectrum.
     """
-    found = {name: one for name, one in spectra.items() if one is not None}
+    found = {name: each.spectrum for name, each in spectra.items() if each.spectrum is not None}
     if not found:
         axis.set_axis_off()
-        axis.text(0.0, 0.5, 'too short for a spectrum', transform=axis.transAxes)
+        reasons = dict.fromkeys(each.text for each in spectra.values())
+        axis.text(0.0, 0.5, '; '.join(reasons), transform=axis.transAxes)
         return
+    parts = dict.fromkeys(spectra[name].text for name in found)
     for number, (name, one) in enumerate(found.items()):
         shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
-        height = np.degrees(one.amplitude)
         color = f'C{number}'
-        axis.vlines(one.frequency + shift, 0.0, height, color=color, linestyles='solid')
+        ends = np.degrees(one.amplitude)
+        axis.vlines(one.frequency + shift, 0.0, ends, color=color, linestyles='solid')
         if name:
-            axis.plot([], [], color=color, linestyle='-', label=name)
+            label = f'{name}: {spectra[name].text}' if len(parts) > 1 else name
+            axis.plot([], [], color=color, linestyle='-', label=label)
         # A peak lies between two lines and may be higher than both: it has a mark of its own.
-        for peak in one.peaks[:PEAKS_NAMED]:
+        for peak in spectra[name].peaks:
             place = peak.frequency, float(np.degrees(peak.amplitude))
-            axis.plot(*place, color=color, marker='o', markersize=3.0, fillstyle='none')
+            stem = [place[0]] * 2, [place[1], 0.0]
+            (line,) = axis.plot(*stem, color=color, marker='o', markersize=3.0, markevery=[0])
+            line.set(linestyle=':', linewidth=0.8, fillstyle='none')
             look = {'fontsize': 7, 'ha': 'center', 'va': 'bottom', 'color': color}
             write_at(axis, f'{peak.frequency:.2f}', place, (0, 3), **look)
+    named = [peak for name in found for peak in spectra[name].peaks]
     highest = max(
-        np.degrees(max(one.amplitude.max(), *(peak.amplitude for peak in one.peaks), 0.0))
-        for one in found.values()
+        *(one.amplitude.max() for one in found.values()), *(peak.amplitude for peak in named), 0.0
     )
-    spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
+    marks = '; circles: peaks, interpolated between the lines' if named else ''
     axis.set(
-        title=f'{axis.get_title(loc="left") or "Spectrum"}, {"; ".join(spans)}',
-        xlabel='frequency (Hz); circles: peaks, interpolated between the lines',
+        title=', '.join(
+            [axis.get_title(loc='left') or 'Spectrum', *(parts if len(parts) == 1 else ())]
+        ),
+        xlabel=f'frequency (Hz){marks}',
         ylabel='amplitude (°/s)',
-        ylim=(0.0, 1.15 * highest or None),  # room for the name of the highest
+        ylim=(0.0, 1.15 * np.degrees(highest) or None),  # room for the name of the highest
     )
     for name in (each for each in spectra if each not in found):
-        axis.plot([], [], linestyle='none', label=f'{name}: too short for a spectrum')
+        axis.plot([], [], linestyle='none', label=f'{name}: {spectra[name].text}')
     if any(spectra):
         legend_above(axis)
 
@@ -100,20 +129,75 @@ def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
     ]
 
 
-def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
-    """Return the gyro's spectrum over a walk's third whole cycle, or over the last window."""
+def spectrum_of_run(
+    series: Series, scenario: Scenario, fell_at: float | None = None
+) -> PartSpectrum:
+    """Return the gyro's spectrum over a walk's third whole cycle, or over the last window.
+
+    A walk that ends or falls before shows its last whole cycle. The last window of another motion
+    is no period of it, so it has no lines: a peak is named only if it has most of the power, like
+    an oscillation of a loop.
+
+    Args:
+        series: signals of the run.
+        scenario: of the run.
+        fell_at: time of the fall, s, from which on nothing is shown; None without one.
+    """
     parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
     samples = _gyro(series)
     if samples is None:
-        return None
-    length = parameters.window_length
-    begin = samples.span[1] - length
-    if gait.motion == 'walk':
-        begin = min(begin, gait.start_delay + 2.5 * gait.cycle_period)
-    part = within(samples, begin, begin + length)
-    if len(part.values) < round(length / part.period):
-        return None
-    return spectrum(part.values, replace(parameters, control_period=part.period), part.start)
+        return PartSpectrum(SHORT)
+    end, walks = samples.span[1], gait.motion == 'walk'
+    cut = 'end'
+    if fell_at is not None and fell_at < end:
+        end, cut = fell_at, 'fall'
+    if walks:
+        length = gait.cycle_period
+        part, begin = _last_cycle(gait, end, cut)
+    else:
+        length = parameters.window_length
+        part, begin = f'last window before the {cut}', end - length
+    chosen = within(samples, begin, begin + length)
+    if len(chosen.values) < round(length / chosen.period):
+        return PartSpectrum(part if isnan(begin) else SHORT)
+    parameters = replace(parameters, control_period=chosen.period)
+    found = spectrum(chosen.values, parameters, chosen.start)
+    return PartSpectrum(part, found, (found.peaks if walks else _tones(found))[:PEAKS_NAMED])
+
+
+def _last_cycle(gait: GaitParameters, end: float, cut: str) -> tuple[str, float]:
+    """Return the name and start (s) of the last whole cycle up to the third.
+
+    Without one, the start is NaN and the name is the reason.
+
+    Args:
+        gait: of a walk.
+        end: time of the fall or end, s.
+        cut: ``fall`` or ``end``.
+    """
+    first = gait.start_delay + 0.5 * gait.cycle_period
+    last = min(floor((end - first) / gait.cycle_period + 1e-6), gait.cycles)
+    if last < 1:
+        whole = f'no whole cycle of the walk before the {cut} (the first is over at '
+        over = f'{whole}{first + gait.cycle_period:.2f} s)'
+        return over if gait.cycles else 'the walk has no whole cycle', nan
+    number = min(last, CYCLE)
+    name = f'{ORDINALS[number - 1]} whole cycle of the walk'
+    cut_short = number == last < gait.cycles
+    return name + f', the last before the {cut}' * cut_short, first + (
+        number - 1
+    ) * gait.cycle_period
+
+
+def _tones(found: Spectrum) -> tuple[Peak, ...]:
+    """Return the peak that has most of the power of a window, over at least three periods."""
+    power = TONE_SHARE * float(np.sum(found.amplitude**2))
+    slowest = TONE_PERIODS * float(found.frequency[1])
+    return tuple(
+        each
+        for each in found.peaks
+        if each.amplitude**2 >= power and each.frequency >= slowest - 1e-9
+    )
 
 
 def _gyro(series: Series) -> Samples | None:
