@@ -82,8 +82,8 @@ def test_every_control_of_a_recording_acts_and_a_cut_bag_is_shown_up_to_the_cut(
         page.goto(played(fallen))
         page.locator('.khr-state').wait_for()
         page.get_by_text('Choose', exact=True).click()
-        page.get_by_role('checkbox', name='Slip so far').check()
-        chart(page, 'Slip so far').wait_for()
+        page.get_by_role('checkbox', name='Net slip so far').check()
+        chart(page, 'Net slip so far').wait_for()
         assert set(labels(page)) == {each.title for each in charts()} - {'Recovery, estimated'} | {
             'Time, s', 'Step', 'Speed, times real time', 'Begin again at the end', 'Go to',
             'Spectrum', 'Forces and balance', 'See through the robot', 'Follow the robot', 'Dark',

@@ -115,9 +115,10 @@ class Outcome(NamedTuple):
             start, m; negative if backward.
         lateral_drift: of the torso across that direction, to the left, m.
         largest_pitch: largest angle of the torso from the vertical, in pitch, either way, rad.
-        slip_distance: distance that the loaded soles slid, over both feet and all steps, m. A sole
-            counts by its share of the load, so a robot that slides on both feet has slid as far
-            as they did, and a foot dragged along before it lifts off counts next to nothing.
+        slip_distance: net slip of the loaded soles, over both feet and all steps, m. It falls
+            while a sole slides back, so it may end below ``largest_slip``. A sole counts by its
+            share of the load, so a robot that slides on both feet has slid as far as they did, and
+            a foot dragged along before it lifts off counts next to nothing.
         largest_slip: largest slip of one sole in one ground contact, m.
         vibration: root mean square of the pitch rate above the corner frequency until the end of
             the motion, rad/s.

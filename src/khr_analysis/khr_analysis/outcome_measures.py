@@ -21,7 +21,7 @@ class SoleSlip:
     trembling on the spot does not add up.
 
     Attributes:
-        largest: displacement in one ground contact, m.
+        largest: largest displacement so far in one ground contact, m.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class SoleSlip:
 
     @property
     def slip(self) -> float:
-        """Return the displacement over all ground contacts, m."""
+        """Return the sum of the net displacements in all ground contacts, m."""
         return self._past + hypot(*self._slide)
 
     def follow(self, place: Sequence[float], normal: Vector, share: float) -> Vector:

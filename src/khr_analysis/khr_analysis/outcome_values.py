@@ -33,7 +33,7 @@ LABELS = {  # shown to users, with angles in deg
     'distance_m': 'distance along the surface, m',
     'lateral_drift_m': 'drift to the left, m',
     'largest_pitch_rad': 'largest pitch, deg',
-    'slip_distance_m': 'total slip, m',
+    'slip_distance_m': 'net slip of both soles, m',
     'largest_slip_m': 'largest slip in one stance, m',
     STEPS: 'steps',
     'step_slide_m': 'slide per step, m',

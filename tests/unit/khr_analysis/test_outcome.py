@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from khr_analysis.outcome import SENSED, MonitorParameters, OutcomeMonitor, SensedMonitor
 from khr_analysis.outcome_measures import Slides
+from khr_analysis.outcome_values import labelled
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
@@ -111,6 +112,14 @@ def stance(seen, slide, count=20):
     for part in np.linspace(0.0, slide, count):
         feet = tuple((x + float(part), y, z) for x, y, z in seen.feet)
         yield replace(seen, feet=feet, load=(7.0, 7.0))
+
+
+def test_a_sole_that_slides_back_ends_with_less_net_slip_than_its_largest():
+    seen = next(iter(walk()))
+    outcome = judged([*stance(seen, 0.03), *list(stance(seen, 0.03))[::-1]])[-1]
+    assert outcome.slip_distance == pytest.approx(0.0, abs=1e-9)
+    assert outcome.largest_slip > 0.01
+    assert float(labelled(outcome)['net slip of both soles, m']) == 0.0
 
 
 def test_slides_of_the_steps_are_told_from_those_of_the_stance_before_and_after():

@@ -84,7 +84,7 @@ def signals_of(runs: Collection[Series]) -> list[Signal]:
         Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
         Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
         *(part for name in controllers for part in _corrections(name)),
-        Signal('Slip of the loaded soles, summed', '', 'slip (mm)', lambda s: 1000.0 * s.slip),
+        Signal('Net slip of the loaded soles, summed', '', 'slip (mm)', lambda s: 1000.0 * s.slip),
         Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
         Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
         Signal(STAGE, '', 'stage', lambda s: s.stage),

@@ -43,7 +43,7 @@ DASHES: dict[str, list[int]] = {
 DEGREES = degrees(1.0)
 GREY = '#8A8F98'
 # On no topic: the monitor reports the slip; the page computes the others from samples.
-SLIP = Topic('slip', '', 'Way that the loaded soles slid so far, over all steps, m.')
+SLIP = Topic('slip', '', 'Net slip of the loaded soles so far, over all steps, m.')
 LEAN = 'lean'
 BALANCE = Topic(
     'balance',
@@ -188,7 +188,7 @@ _OF_THE_REST = (
         ),
         shown=False,
     ),
-    Chart('Slip so far', 'mm', (Curve('slip', ((SLIP, 0, 1e3),), PURPLE),), shown=False),
+    Chart('Net slip so far', 'mm', (Curve('slip', ((SLIP, 0, 1e3),), PURPLE),), shown=False),
     *(_joint(name) for name in LEG),
 )
 
