@@ -252,7 +252,7 @@ def serve(
     if robot.outcome is None:
         print('the robot was never put down')
         return
-    print(f'{robot.outcome.verdict} after {robot.time:.3f} s on the ground')
+    print(f'{robot.outcome.verdict} after {robot.outcome.time:.3f} s on the ground')
     print(f'distance {robot.outcome.distance:.3f} m')
     print(f'trajectory hash {robot.trajectory_hash}')
 
