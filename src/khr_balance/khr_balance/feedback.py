@@ -24,7 +24,7 @@ RADIANS_PER_VOLT = SERVO_COUNT / AD_STEP  # rad/V per unit of gain
 
 
 def rate_gain(gain: float) -> float:
-    """Return the correction in rad per rad/s of the gyro: 0.00463 s per unit of ``gain``."""
+    """Return the correction in rad per rad/s of the gyro: 0.00463 s per unit of the board."""
     return gain * RADIANS_PER_VOLT * VOLTS_PER_RATE
 
 
@@ -42,7 +42,7 @@ class FeedbackParameters:
     )
     gain: float = parameter(
         12.0,
-        'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
+        'Gain K; the correction is gain * gain_unit * 0.00463 deg per deg/s of the gyro.',
         '[0, 60]',
     )
     gain_unit: float = parameter(
