@@ -4,7 +4,11 @@ import pytest
 import yaml
 
 from khr_analysis.spectrum import FftAnalyserParameters
-from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
+from khr_balance.controllers import (
+    ANKLE_CONTROLLER,
+    AnkleControllerParameters,
+    HipControllerParameters,
+)
 from khr_balance.stage import StageParameters
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.offline import run_offline
@@ -151,6 +155,14 @@ def test_all_nodes_share_control_period_and_seed_unless_one_has_its_own():
             assert scenario.table(tables[node]).control_period == 0.02
         for node in (name for name, table in tables.items() if 'seed' in specifications(table)):
             assert scenario.table(tables[node]).seed == (3 if node == 'gyro' else 7)
+
+
+def test_every_leg_lift_takes_its_ankle_gain_from_the_force_sensors():
+    lifts = [path.stem for path in scenarios.shipped() if path.stem.startswith('lift_')]
+    sources = [
+        scenarios.load_scenario(name).table(ANKLE_CONTROLLER.table).source for name in lifts
+    ]
+    assert set(sources) == {'force'}
 
 
 @pytest.mark.parametrize(('inclination_deg', 'start'), [(0.0, 2.0), (7.6, 5.8), (-3.0, 3.5)])
