@@ -91,14 +91,14 @@ def limit_of(
     Raises:
         KhrError: if a value is not accepted, before anything runs.
     """
-    from khr_report.output import make_folder
-    from khr_studies.measuring.critical import check_file, measure_limit, write_limit
+    from khr_report.output import check_file, make_folder
+    from khr_studies.measuring.critical import measure_limit, write_limit
 
     if out:
-        check_file(Path(out))
-        make_folder(Path(out).parent)
+        check_file(Path(out), '.csv', '.json')
     limit = measure_limit(condition, seeds, tolerance, pool)
     if out:
+        make_folder(Path(out).parent)
         write_limit(limit, Path(out))
     return limit
 

@@ -163,13 +163,14 @@ def test_a_mistake_is_one_line(call, says):
     assert '\n' not in str(caught.value)
 
 
-def test_the_folder_of_a_limit_is_made_before_anything_is_measured(tmp_path, monkeypatch):
+def test_the_folder_of_a_limit_is_checked_before_and_made_after_the_search(tmp_path, monkeypatch):
     def measured(*_):
-        assert (tmp_path / 'new').is_dir()
+        assert not (tmp_path / 'new').exists()
         return Limit((5.0,))
 
     monkeypatch.setattr('khr_studies.measuring.critical.measure_limit', measured)
     khr.critical(out=tmp_path / 'new' / 'runs.csv')
+    assert (tmp_path / 'new' / 'runs.csv').is_file()
     (tmp_path / 'file').touch()
     with pytest.raises(khr.KhrError, match=r'^out: .*file.*accepted: a folder'):
         khr.critical(out=tmp_path / 'file' / 'runs.csv')

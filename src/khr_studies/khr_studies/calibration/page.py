@@ -9,9 +9,11 @@ import numpy as np
 
 from khr_bringup.node_registry import table_of as table_of_node
 from khr_common import specifications
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.markdown import table, table_of
 from khr_common.parameters import Specification
+from khr_report.output import check_file, check_page
 from khr_report.page.document import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration import ensemble
@@ -37,6 +39,32 @@ from khr_studies.calibration.study import (
     parameter_file,
 )
 from khr_studies.measuring.json_file import write_json
+
+
+def check_files(out: Path, members: Path, journal: Path, config: Path) -> None:
+    """Check before days of measuring that the page and the ensemble can be written.
+
+    Args:
+        out: the page; JSON and YAML files are written beside it.
+        members: JSON file of the robots that fit.
+        journal, config: files that are read.
+
+    Raises:
+        KhrError: if one cannot be written, or would take the place of another.
+    """
+    check_page(out)
+    check_file(members, '.json', option='--members')
+    written = [
+        path.resolve() for path in (out, out.with_suffix('.json'), out.with_suffix('.yaml'))
+    ]
+    for option, path in (('--members', members), ('--config', config), ('--journal', journal)):
+        if path.resolve() in written:
+            raise KhrError(
+                f'{option}: {str(path)!r} would be overwritten by another file of the command; '
+                'accepted: a name of its own'
+            )
+        if path is members:
+            written.append(path.resolve())
 
 
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:

@@ -136,12 +136,6 @@ def limit_text(title: str, limit: Limit) -> str:
     )
 
 
-def check_file(file: Path) -> None:
-    """Raise a :class:`KhrError` unless :func:`write_limit` can write a file of this name."""
-    if file.suffix not in ('.csv', '.json'):
-        raise KhrError.refused('--out', str(file), 'FILE.csv or FILE.json')
-
-
 def write_limit(limit: Limit, file: Path) -> None:
     """Write the runs of all searches as CSV, or limit and runs as JSON."""
     if file.suffix == '.csv':

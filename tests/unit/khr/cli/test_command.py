@@ -68,6 +68,14 @@ def khr(monkeypatch, capsys, *arguments):
             ['--namespace: stand_0deg has no bag'],
         ),
         (['view', '.', '--no-browser', '--no-record'], ['--no-record: not accepted with a rec']),
+        (['fights', '--measured', '--out', 'f.csv'], ["--out: 'f.csv' is not acc", 'name in .md']),
+        (['lines', '--out', '.'], ["--out: '.' is a folder", 'name in .md']),
+        (['critical', '--out', 'limit.txt'], ["--out: 'limit.txt'", 'name in .csv or .json']),
+        (
+            ['calibrate', '--out', 'a.md', '--members', 'a.json'],
+            ["--members: 'a.json' would be overwritten"],
+        ),
+        (['push', '--recovery', '--measured', '--out', 'new'], ['new/recovery.csv']),
         *(
             (['board', 'serve', 'stand_0deg', '--link', 'rcb4', option, value], [option, bound])
             for option, value, bound in (

@@ -19,7 +19,6 @@ from khr_studies.measuring.critical import (
     RAGGED,
     VIBRATES,
     Limit,
-    check_file,
     limit_text,
     measure_limit,
     run_condition,
@@ -74,11 +73,6 @@ def test_every_run_of_a_search_is_within_its_range_and_an_end_of_it_is_called_so
         beyond = text.format(*(('not', 0) if edge < ENDS[0] else ('still', 20)))
     assert limit.ended == beyond
     assert ('range' in repr(limit)) == bool(beyond) == ('range' in limit_text('walk', limit))
-
-
-def test_a_file_of_another_kind_is_refused(tmp_path):
-    with pytest.raises(KhrError, match=r'--out: .* accepted: FILE.csv or FILE.json'):
-        check_file(tmp_path / 'limit.txt')
 
 
 def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():

@@ -83,13 +83,13 @@ def push(
         else:
             _push_with_recovery(out or Path('docs'), seeds, workers, measured)
         return
-    from khr_report.output import make_folder
+    from khr_report.output import check_folder, make_folder
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
     from khr_sweeps.pool import local_pool
 
     if out:
-        make_folder(out)
+        check_folder(out)
     conditions = push_limits.conditions(
         push_limits.numbers('--ka', ka),
         push_limits.numbers('--duration', duration),
@@ -99,16 +99,17 @@ def push(
     with local_pool(workers) as pool:
         table = push_limits.push_table(conditions, pool)
     print(push_page.largest_pushes(table))
-    for path in push_page.write(table, out) if out else []:
-        print(path)
+    if out:
+        make_folder(out)
+        print(*push_page.write(table, out), sep='\n')
 
 
 def _push_with_recovery(out: Path, seeds: int, workers: int | None, measured: bool) -> None:
-    from khr_report.output import make_folder
+    from khr_report.output import check_folder
     from khr_studies.measuring.run_table import read_table
     from khr_studies.recovery import page, study
 
-    make_folder(out)
+    check_folder(out)
     path = out / 'recovery.md'
     runs = (
         read_table(path.with_suffix('.csv'))

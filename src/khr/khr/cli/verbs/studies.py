@@ -41,11 +41,11 @@ def fights(
     ] = False,
 ) -> None:
     """Fight many bouts of two robots: who wins, over gains, stance and recovery step."""
-    from khr_report.output import make_folder
+    from khr_report.output import check_page
     from khr_studies.fights import page, study
     from khr_studies.measuring.run_table import read_table
 
-    make_folder(out.parent)
+    check_page(out)
     runs = read_table(out.with_suffix('.csv')) if measured else study.study(bouts, workers)
     print(page.write(runs, out))
 
@@ -104,15 +104,15 @@ def calibrate(
     unauthenticated: UnauthenticatedOption = False,
 ) -> None:
     """Search the free constants for the best agreement with all rows of the thesis."""
-    from khr_report.output import make_folder
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import ensemble_members
     from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
     from khr_studies.calibration.search import Search
     from khr_studies.measuring.json_file import write_json
 
-    make_folder(out.parent)
-    plan = read_plan(config or SHIPPED_PLAN)
+    config = config or SHIPPED_PLAN
+    page.check_files(out, members, journal, config)
+    plan = read_plan(config)
     made = Search(plan, engine, seed, seeds, population, candidates)
     cluster = scheduler_of(scheduler, tls, unauthenticated)
     found, measured = study.calibrate(made, journal, confirm, workers, cluster)
@@ -132,10 +132,10 @@ def engines(
     ] = None,
 ) -> None:
     """Run every scenario and limit on both physics engines, and list the differences."""
-    from khr_report.output import make_folder
+    from khr_report.output import check_page
     from khr_studies.engines import page, study
 
-    make_folder(out.parent)
+    check_page(out)
     print(f'{out}: {page.write(study.compare_engines(seeds, tolerance, jobs, only), out)}')
 
 
@@ -152,12 +152,12 @@ def stage3(
     ] = False,
 ) -> None:
     """Explain the third stage of standing: how far the hip's damping raises the limit."""
-    from khr_report.output import make_folder
+    from khr_report.output import check_page
     from khr_studies.third_stage import page
     from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane
 
-    make_folder(out.parent)
+    check_page(out)
     kept = out.with_suffix('.csv')
     plane = Plane.read(kept) if measured else measure_plane(seeds, engine, jobs)
     print(page.write(plane, compare_with_model(plane), out))
@@ -230,9 +230,12 @@ def slope_gains(
     ] = None,
 ) -> None:
     """List the gains that hold each slope, and their cost in vibration and slip."""
+    from khr_report.output import check_page
     from khr_studies.stability_map.page import gains_page, slope_gains, write_gains
     from khr_sweeps.results.folder import read_results
 
+    if out:
+        check_page(out)
     found = slope_gains(read_results(folder))
     print(gains_page(found))
     for path in write_gains(found, out) if out else []:

@@ -89,12 +89,15 @@ def reproduce(
 ) -> None:
     """Repeat every experiment of the thesis, draw every figure, and write one page."""
     from khr_common.errors import INTERRUPTED
+    from khr_report.output import check_page
     from khr_studies.reproduction import page
     from khr_studies.reproduction.experiment_plan import parse_plan
     from khr_studies.reproduction.reproduce import reproduce as run_all
     from khr_sweeps.sweep import report_lost
 
     asked = parse_plan(only, fast, engine)
+    if findings:
+        check_page(findings, '--findings')
     try:
         results = run_all(asked, out, workers)
     except KeyboardInterrupt:
@@ -128,11 +131,11 @@ def lines(
     """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recording."""
     from khr_bringup.recorded.storage import is_recording
     from khr_common.files import write_text
-    from khr_report.output import make_folder
+    from khr_report.output import check_page, make_folder
     from khr_studies.peak_origin import page, study
 
     if out:
-        make_folder(out.parent)
+        check_page(out)
     path = recording_named(scenario)
     if topic or axis or namespace or path.is_dir() or is_recording(path):
         of_scenario = {'--fast': fast, '--set': set_, '--workers': workers}
@@ -143,6 +146,7 @@ def lines(
         runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
         text = page.page(study.study(runs))
     if out:
+        make_folder(out.parent)
         write_text(out, text)
     print(text)
 
@@ -163,9 +167,9 @@ def scoreboard(
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Measure every published value of the thesis on the simulated robot; write the scoreboard."""
-    from khr_report.output import make_folder
+    from khr_report.output import check_page
     from khr_studies.scoreboard import page, study
 
-    make_folder(out.parent)
+    check_page(out)
     board = study.scoreboard(seeds, tolerance, jobs, explain, robot, engine)
     print(f'{out}: {page.write(board, out)}')
