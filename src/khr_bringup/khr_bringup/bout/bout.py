@@ -18,7 +18,7 @@ from khr_analysis.recorder_parameters import RECORDER
 from khr_analysis.referee import BLUE, RED, ROBOTS, RefereeParameters
 from khr_bringup.node_registry import table_of
 from khr_bringup.run_folder import SCENARIO as FOLDER_FILE
-from khr_bringup.scenario.control_text import title_of
+from khr_bringup.scenario.control_text import last_of_each, title_of
 from khr_bringup.scenario.parameter_file import (
     PARAMETERS,
     REFEREE,
@@ -112,7 +112,7 @@ class Bout:
         robots = {
             name: scenario.changed(changes_of(own[name])) for name, scenario in self.robots.items()
         }
-        title = ', '.join([self.title or self.name, *given])[:LONGEST]
+        title = ', '.join([self.title or self.name, *last_of_each(given)])[:LONGEST]
         found = _rules(self.name, self._stated_rules | rules)
         return _checked(self.name, replace(self, rules=found, robots=robots, title=title))
 

@@ -35,14 +35,24 @@ def bare_title(title: str) -> str:
     return ', '.join(part for part in title.split(', ') if not STATED.match(part))
 
 
+def last_of_each(texts: Iterable[str]) -> list[str]:
+    """Return changes, each ``node.key=value``, without those that a later one replaces."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name = text.partition('=')[0]
+        found.pop(name, None)
+        found[name] = text
+    return [*found.values()]
+
+
 def title_with_changes(scenario: Any, texts: Iterable[str]) -> str:
     """Return the title of a Scenario after changes, each ``node.key=value``.
 
-    Changed gains replace those of the title; other changes follow it.
+    Changed gains replace those of the title; other changes follow it, of each parameter the last.
     """
     title, rest = scenario.title or scenario.name, []
     changed = False
-    for text in (' '.join(each.split()) for each in texts):
+    for text in (' '.join(each.split()) for each in last_of_each(texts)):
         found = SET.match(text)
         if found and found[1] in controllers():
             changed = True

@@ -143,6 +143,8 @@ def test_changes_stand_in_the_title_and_read_back():
     assert scenario.set_to(['ankle_controller.gain=40']).title == f'{kept}, K_A 40 (gyro)'
     assert scenarios.parse(changed.to_yaml(), 'again.yaml', 'again').title == changed.title
     assert scenario.set_to([]) == scenario
+    twice = scenario.set_to([f'simulator.friction={friction}' for friction in (0.5, 0.6)])
+    assert twice.title == f'{scenario.title}, simulator.friction=0.6', 'the last counts'
 
 
 def test_all_nodes_share_control_period_and_seed_unless_one_has_its_own():

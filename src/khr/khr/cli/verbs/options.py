@@ -78,7 +78,7 @@ SetOption = Annotated[
     typer.Option(
         '--set',
         help='Change a parameter: node.parameter=value (of one robot of a bout, '
-        'red.node.parameter=value); repeatable.',
+        'red.node.parameter=value); repeatable: the last value of each counts.',
     ),
 ]
 RobotOption = Annotated[
