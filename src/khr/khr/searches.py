@@ -24,6 +24,11 @@ if TYPE_CHECKING:
     from khr_sweeps.pool import Pool
 
 Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
+# Parameters with an option of their own, which the title of a limit names.
+STATED = {
+    ('gait', 'motion'): '--walk or --stand (in Python motion)',
+    ('simulator', 'surface'): '--surface (in Python surface)',
+}
 Workers = Annotated[int | None, typer.Option('--workers', '--jobs')]
 
 
@@ -54,7 +59,7 @@ def critical(
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
         uphill: The robot faces uphill, and so falls backward.
         set: Change a parameter of the scenario: ``node.parameter=value``; but not inclination,
-            seed and initial tilt, which the search sets.
+            seed and initial tilt, which the search sets, nor motion and surface.
         robot: Constants of another robot: ``leaning``, ``stiff`` or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Number of seeds of each measurement.
@@ -133,10 +138,10 @@ def condition_of(
         )
     own, constants = changes_of(named(set, engine=engine)), constants_of(robot)
     for option, given in (('--set', own), ('--robot', constants)):
-        for node, key in given.keys() & SEARCHED:
+        for node, key in given.keys() & (STATED.keys() | {*SEARCHED}):
+            accepted = STATED.get((node, key), 'other parameters: the search sets this one')
             raise KhrError(
-                f'{option}: {node}.{key}={given[node, key]} is not accepted: the search sets it; '
-                'accepted: other parameters'
+                f'{option}: {node}.{key}={given[node, key]} is not accepted; accepted: {accepted}'
             )
     changes = constants | own
     return Condition(motion, ankle_gain, hip_gain, surface, tuple(changes.items()), uphill)

@@ -20,13 +20,12 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
-from khr_common.checks import integer
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
-from khr_studies.measuring.critical import START, Limit, limit_of_seed
+from khr_studies.measuring.critical import START, Limit, check_search, limit_of_seed
 from khr_studies.measuring.run_table import measure
 from khr_studies.measuring.thesis_values import LIMITS
 from khr_sweeps.pool import Pool, local_pool
@@ -114,7 +113,7 @@ def compare_engines(
     The tolerance of a limit is in deg. ``only`` names scenarios, separated by commas; all that are
     shipped by default.
     """
-    integer('--seeds', seeds, 2, 100)
+    check_search(seeds, tolerance, accepted=(2, 100))
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]
     for name in names:
         scenarios.load_scenario(name)  # reports a mistake before anything starts

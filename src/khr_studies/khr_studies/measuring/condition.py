@@ -23,7 +23,7 @@ def with_seed(seed: int) -> Changes:
     return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
 
 
-# What a search of a limit sets anew for each of its runs.
+# Parameters that a search of a limit sets for each of its runs.
 SEARCHED = (('simulator', 'inclination_deg'), *dict(with_seed(0)))
 
 

@@ -198,16 +198,27 @@ def limit_of_seed(condition: Condition, seed: int, start: float, tolerance: floa
     return [{**run, 'limit_deg': limit_deg} for run in runs]
 
 
+def check_search(seeds: int, tolerance: float, accepted: tuple[int, int] = (1, 1000)) -> None:
+    """Check seeds and tolerance of a search before anything runs.
+
+    Args:
+        seeds: their number.
+        tolerance: of each bisection, deg.
+        accepted: least and largest number of seeds.
+    """
+    integer('--seeds', seeds, *accepted)
+    if not 0.01 <= tolerance <= STEP:
+        raise KhrError(
+            f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
+        )
+
+
 def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool) -> Limit:
     """Measure the critical inclination over seeds 0, 1, ..., each to a tolerance in deg.
 
     The searches of the other seeds start at the limit of the first one.
     """
-    integer('--seeds', seeds, 1, 1000)
-    if not 0.01 <= tolerance <= STEP:
-        raise KhrError(
-            f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
-        )
+    check_search(seeds, tolerance)
     condition.scenario(START, 0)  # raises before anything starts
     first = measure(pool, limit_of_seed, [({}, (condition, 0, START, tolerance))])
     limit = Limit.of(first, tolerance).mean

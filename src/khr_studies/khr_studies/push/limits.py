@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TypeVar
 
 import pandas as pd
 
@@ -35,6 +36,7 @@ from khr_studies.push.study import GYROS, WATCH, PushCondition, largest_push, pu
 from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
+Value = TypeVar('Value')
 GAINS = (0.0, 12.0, 18.0)
 DURATIONS = (0.1, 0.2, 0.5)  # s
 SHORT = (0.02, 0.05, *DURATIONS)  # s, for conservation of momentum
@@ -191,9 +193,20 @@ def largest_pushes(
     )
 
 
+def words(name: str, text: str) -> list[str]:
+    """Parse a list such as front,behind."""
+    return _each_once(name, text, text.split(','))
+
+
 def numbers(name: str, text: str) -> list[float]:
     """Parse a list such as 0,12,18."""
     try:
-        return [float(word) for word in text.split(',')]
+        return _each_once(name, text, [float(word) for word in text.split(',')])
     except ValueError:
         raise KhrError.refused(name, text, 'numbers, separated by commas') from None
+
+
+def _each_once(name: str, text: str, values: list[Value]) -> list[Value]:
+    if len(set(values)) < len(values):
+        raise KhrError.refused(name, text, 'each value once')
+    return values

@@ -20,6 +20,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import CONFIG, Scenario, load_scenario
+from khr_common.checks import integer
 from khr_common.interfaces import RECOVERY_STATE
 from khr_models.standing.capture_point import (
     Flywheel,
@@ -252,6 +253,7 @@ def study(
     A command that was interrupted goes on where it stopped. The seeds are those of each push of
     the default robot; members of the ensemble have one.
     """
+    integer('--seeds', seeds, 1, 100)
     keys = [(case, engine, 0) for case in CASES for engine in ENGINES]
     keys += [(case, ENGINES[-1], robot) for case in CASES[:2] for robot in robots]
     with kept_pool(__name__, 'recovery', workers, ROOT) as kept:

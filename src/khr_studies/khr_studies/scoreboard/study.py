@@ -11,11 +11,11 @@ from dataclasses import replace
 from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_common.checks import integer
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid, with_engine
+from khr_studies.measuring.critical import check_search
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.thesis_walks import TRENDS, WALKS
 from khr_studies.scoreboard.limit_rows import (
@@ -92,7 +92,7 @@ def scoreboard(
         robot: constants of another robot, by name or file; the default one if empty.
         engine: of the measurements; the limits are measured on the other engine as well.
     """
-    integer('--seeds', seeds, 2, 100)
+    check_search(seeds, tolerance, accepted=(2, 100))
     spread = {} if robot else spread_of(read_ensemble())
     with local_pool(jobs, '--workers') as pool:
         settings = with_engine(engine, robot=robot)

@@ -76,6 +76,14 @@ def khr(monkeypatch, capsys, *arguments):
             ["--members: 'a.json' would be overwritten"],
         ),
         (['push', '--recovery', '--measured', '--out', 'new'], ['new/recovery.csv']),
+        (
+            ['push', '--direction', 'front,front'],
+            ["--direction: 'front,front'", 'each value once'],
+        ),
+        (['push', '--ka', '0,0.0'], ["--ka: '0,0.0' is not accepted", 'each value once']),
+        (['scoreboard', '--tolerance', 'nan'], ['--tolerance: nan is not', '[0.01, 0.8] deg']),
+        (['engines', '--tolerance', '0', '--out', 'x/e.md'], ['--tolerance: 0 is not accepted']),
+        (['critical', '--set', 'gait.motion=stand'], ['gait.motion=stand', '--walk or --stand']),
         *(
             (['board', 'serve', 'stand_0deg', '--link', 'rcb4', option, value], [option, bound])
             for option, value, bound in (

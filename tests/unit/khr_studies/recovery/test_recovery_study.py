@@ -139,6 +139,9 @@ def test_a_step_out_of_reach_counts_as_a_fall(monkeypatch):
     ('options', 'message'),
     [
         (['--search'], '--search: not accepted without --recovery'),
+        (['--recovery', '--search', '--measured'], '--measured: not accepted with --search'),
+        (['--recovery', '--search', '--seeds', '3'], '--seeds: not accepted with --search'),
+        (['--recovery', '--candidates', '50'], '--candidates: not accepted without'),
         (['--recovery', '--search', '--ka', '18'], '--recovery: has pushes of its own'),
         (['--recovery', '--search', '--direction', 'left'], "--direction: 'left'"),
         (['--recovery', '--search', '--candidates', '3'], '--candidates: 3 is not accepted'),

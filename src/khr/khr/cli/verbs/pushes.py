@@ -63,14 +63,20 @@ def push(
     ] = CANDIDATES,
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
-    of_recovery = {
-        '--search': search,
-        '--measured': measured,
-        '--seeds': seeds != SEEDS,
-        '--candidates': candidates != CANDIDATES,
-    }
-    if not recovery and (given := [name for name, each in of_recovery.items() if each]):
-        raise KhrError(f'{given[0]}: not accepted without --recovery')
+    of_search, of_study = candidates != CANDIDATES, seeds != SEEDS
+    for option, given, why in (
+        ('--search', search and not recovery, 'without --recovery'),
+        ('--measured', measured and not recovery, 'without --recovery'),
+        ('--seeds', of_study and not recovery, 'without --recovery'),
+        ('--candidates', of_search and not search, 'without --recovery --search'),
+        ('--measured', measured and search, 'with --search, which has no page'),
+        ('--seeds', of_study and search, 'with --search, which has seeds of its own'),
+        ('--seeds', of_study and measured, 'with --measured, which runs nothing'),
+    ):
+        if given:
+            raise KhrError(f'{option}: not accepted {why}')
+    from khr_studies.push import limits as push_limits
+
     if recovery:
         own = (ka, duration, DIRECTIONS if search else direction, gyro)
         if own != (KA, DURATIONS, DIRECTIONS, GYROS):
@@ -79,12 +85,11 @@ def push(
                 'and without --direction unless --search'
             )
         if search:
-            _search_recovery(direction.split(','), candidates, workers, out)
+            _search_recovery(push_limits.words('--direction', direction), candidates, workers, out)
         else:
             _push_with_recovery(out or Path('docs'), seeds, workers, measured)
         return
     from khr_report.output import check_folder, make_folder
-    from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
     from khr_sweeps.pool import local_pool
 
@@ -93,8 +98,8 @@ def push(
     conditions = push_limits.conditions(
         push_limits.numbers('--ka', ka),
         push_limits.numbers('--duration', duration),
-        direction.split(','),
-        gyro.split(','),
+        push_limits.words('--direction', direction),
+        push_limits.words('--gyro', gyro),
     )
     with local_pool(workers) as pool:
         table = push_limits.push_table(conditions, pool)
