@@ -121,7 +121,9 @@ def sweep(
         grid: values by ``node.parameter``.
         set: parameters that are the same in all runs.
         engine: ``bullet`` or ``mujoco``; the scenario's own by default.
-        seeds: number of seeds of each; the scenario's own by default.
+        seeds: number of seeds of each; the scenario's own by default. They need
+            ``simulator.initial_tilt_deg`` in ``set`` or ``grid``, such as 0.3: the error of placing
+            the robot, in deg. With 0, seeds differ by the noise of the sensors alone.
         workers: processes; one per core by default.
         out: folder of the results; runs that are already in it are not repeated.
         progress: whether to show the progress on a terminal, and at the end the count of each

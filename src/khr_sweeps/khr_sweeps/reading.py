@@ -233,6 +233,7 @@ def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
         raise KhrError(f'{where}: cases: {error}') from error
     if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
         raise KhrError(
-            f'{where}: seeds: {INITIAL_ERROR} is not stated; accepted: a value for '
-            'it under set, or an axis of it'
+            f'{where}: seeds: {INITIAL_ERROR} is not stated, without which seeds differ by the '
+            'noise of the sensors alone; accepted: a value for it under set, such as 0.3, or 0 for '
+            'that noise alone, or an axis of it'
         )

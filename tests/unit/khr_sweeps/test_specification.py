@@ -138,7 +138,7 @@ def test_the_record_names_each_run_s_scenario(names, varied):
             HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 3.0}\nsamples: 3\n',
             ['low below high'],
         ),
-        (HEAD + GRID + 'seeds: 2\n', ['seeds', 'simulator.initial_tilt_deg', 'set']),
+        (HEAD + GRID + 'seeds: 2\n', ['seeds', 'noise of the sensors', 'set, such as 0.3']),
         (HEAD + 'seeds: 2\n' + TILT + 'grid:\n  gyro.seed: [1, 2]\n', ['gyro.seed', 'seeds']),
         (HEAD + TILT + GRID + 'seeds: 900000\n', ['1800000 runs', '1000000']),
         (HEAD + 'set:\n  ankle_controller.gain: 3.0\n' + GRID, ['set and swept']),
