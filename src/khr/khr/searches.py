@@ -171,7 +171,7 @@ def tune(
         gait: Search the gait's placement of the centre of mass as well.
         robust: Find gains that hold for every robot of the ensemble that calibrate found.
         seeds: Runs of each candidate and robot.
-        candidates: Candidates to measure.
+        candidates: Most candidates to measure, besides the unchanged scenario, in generations of 8.
         seed: Seed of the optimiser.
         workers: Processes on this machine; one per core by default.
         out: Folder of the tuned scenario, page and plot, which also keeps finished runs; the

@@ -14,7 +14,7 @@ from khr_common.files import write_text
 from khr_report.page.document import Columns, count, page_text, table
 from khr_report.plots.plot_style import save
 from khr_studies.tuning.figure import front_picture, values_text
-from khr_studies.tuning.study import ORDERS, Tuning
+from khr_studies.tuning.study import Tuning
 
 
 def write(answer: Tuning, folder: Path) -> str:
@@ -70,7 +70,9 @@ def _words(row: pd.Series) -> str:
 def page(answer: Tuning) -> str:
     """Return the page."""
     question = answer.question
-    robots = f'{len(question.robots)} robots of the ensemble' if question.robots else 'the robot'
+    several = len(question.robots)
+    robots = f'{count(several, "robot")} of the ensemble' if several else 'the robot'
+    orders = [order for order, generations in question.generations.items() if generations]
     rows = [('before', answer.before), ('chosen', answer.best)]
     rows += [('chosen, other seeds', answer.confirmed)]
     rows += [('front', row) for name, row in answer.front.iterrows() if name != answer.best.name]
@@ -87,7 +89,8 @@ def page(answer: Tuning) -> str:
         question=question,
         seeds=count(question.seeds, 'seed'),
         robots=robots,
-        orders=ORDERS,
+        orders=orders,
+        worst=', of the worst robot' if several > 1 else '',
         nothing_better=_nothing_better(answer),
         candidates=table(rows, columns),
     )

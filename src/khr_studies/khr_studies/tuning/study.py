@@ -1,9 +1,10 @@
 """``khr tune``: search the gains with which a robot stays up on a slope.
 
 CMA-ES only needs the order of the candidates: most seeds up, then least slip, then least vibration.
-A second search puts vibration before slip and finds the other end of the trade-off. The front is
-the set of candidates of both searches that no other candidate beats in slip and vibration. The
-choice is the candidate of the front that vibrates least within 1 mm of the least slip.
+A second search puts vibration before slip and finds the other end of the trade-off; each has half
+of the generations. The front is the set of candidates of both searches that no other candidate
+beats in slip and vibration. The choice is the candidate of the front that vibrates least within
+1 mm of the least slip.
 """
 
 from __future__ import annotations
@@ -114,7 +115,7 @@ class Question:
     # the gains must hold for all of them; only for the scenario's own robot if empty
     robots: tuple[Member, ...] = ()
     seeds: int = 3  # runs of each candidate and robot
-    candidates: int = 64  # number of candidates
+    candidates: int = 64  # most candidates to measure, besides the unchanged scenario
     seed: int = 0  # of the optimiser
 
     def __post_init__(self) -> None:
@@ -139,14 +140,18 @@ class Question:
         return ROOT / (self.scenario.name + ('_robust' if self.robots else ''))
 
     @property
-    def generations(self) -> int:
-        """Return the generations of each of the two searches."""
-        return max(1, self.candidates // (POPULATION * len(ORDERS)))
+    def generations(self) -> dict[str, int]:
+        """Return the number of generations of each search, by its first criterion.
+
+        The first search has one more of an odd number.
+        """
+        each, more = divmod(self.candidates // POPULATION, len(ORDERS))
+        return {order: each + (place < more) for place, order in enumerate(ORDERS)}
 
     @property
     def runs(self) -> int:
         """Return the most runs of the search: no candidate is measured twice."""
-        measured = 2 + len(ORDERS) * self.generations * POPULATION
+        measured = 2 + sum(self.generations.values()) * POPULATION
         return measured * self.seeds * max(len(self.robots), 1)
 
     def scenarios(self, values: Sequence[float]) -> list[Scenario]:
@@ -333,6 +338,6 @@ def _generations(
     ]
     seed = 1 + question.seed + 1000 * ORDERS.index(order)
     optimiser = evolution(start, SPREAD, seed, POPULATION)
-    for _ in range(question.generations):
+    for _ in range(question.generations[order]):
         shares = optimiser.ask()
         yield optimiser, shares

@@ -20,6 +20,7 @@ from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import run_table
 from khr_studies.tuning import page as tune_page
 from khr_studies.tuning import study
+from khr_studies.tuning.figure import front_picture
 from khr_studies.tuning.study import (
     GAINS,
     MERITS,
@@ -210,7 +211,24 @@ def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
     page = (tmp_path / 'tune.md').read_text(encoding='utf-8')
     assert page.startswith('# Gains for walk_7.68deg_ka12\n')
     assert '| before | 12 | 0 |' in page and '| chosen, other seeds |' in page
-    assert 'candidates, each with 1 seed on the robot' in page
+    assert 'candidates, the unchanged scenario among them, each with 1 seed on the robot' in page
+    assert 'of the worst robot' not in page
+    assert front_picture(answer).get_suptitle().endswith(' of the runs.')
+    far = answer.best.copy()
+    far['vibration_rad_s'] = 1.0
+    tried = pd.concat([answer.tried, far.to_frame().T.astype(float)], ignore_index=True)
+    assert '1 of them lie beyond' in front_picture(replace(answer, tried=tried)).get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ('candidates', 'generations'), [(8, [1, 0]), (23, [1, 1]), (24, [2, 1]), (64, [4, 4])]
+)
+def test_no_more_candidates_are_measured_than_asked_for(
+    candidates, generations, invented, tmp_path
+):
+    question = Question(WALK, GAINS, candidates=candidates, seeds=1)
+    assert [*question.generations.values()] == generations
+    assert len(tune(question, 1, tmp_path).tried) <= 1 + candidates
 
 
 def test_a_search_that_finds_nothing_better_says_so(invented, tmp_path):
