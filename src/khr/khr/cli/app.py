@@ -9,6 +9,10 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from khr_common.errors import KhrError
+
+SETTERS = ('set',)  # verbs with a value that may be empty
+
 # By name, because the command imports the module of its one verb alone.
 PANELS: dict[str, dict[str, str]] = {
     'Run and look': {
@@ -64,6 +68,31 @@ class _WithoutFlagTypes:
 
 class Command(_WithoutFlagTypes, TyperCommand):
     """A verb."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments of the verb.
+
+        An empty text is refused, as that of a variable which the shell does not know, such as
+        ``--board "$PORT"``, would silently mean the default.
+        """
+        options = [name for each in self.params if not _is_flag(each) for name in each.opts]
+        before = ''
+        for word in () if ctx.resilient_parsing or ctx.info_name in SETTERS else args:
+            name, equals, value = word.partition('=')
+            if equals and not value and name in options and name.startswith('--'):
+                before, word = name, ''
+            if not word:
+                option = before if before in options and before.startswith('--') else ''
+                raise KhrError(
+                    f"{option or ctx.info_name}: '' is not accepted; accepted: a text with a "
+                    'character or more' + (f', or no {option}' if option else '')
+                )
+            before = word
+        return super().parse_args(ctx, args)
+
+
+def _is_flag(parameter: Any) -> bool:
+    return bool(getattr(parameter, 'is_flag', False))
 
 
 class InterruptedVerb(Exception):
