@@ -203,6 +203,7 @@ def test_the_verbs_look_hold_and_free(scenario, tmp_path, monkeypatch):
         assert 'l_knee: 5 on the board, -1780 in the map' in found
         assert khr('hold', link).output == '17 servos hold where they were\n'
         shown = khr('pose', link).output
+        assert all(joint in shown for joint in JOINTS)
         assert shown.count('7500') >= 16 and 'free' not in shown
         assert khr('free', link).exit_code == 0
         drawn = count()

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from khr.cli.tables import print_whole
 from khr.cli.verbs.live import RunningDomainOption
 from khr.cli.verbs.options import NeededScenario, SetOption
 from khr_bringup.scenario import scenario as scenarios
@@ -58,7 +58,7 @@ def probe(
         for name, text in describe(seen, joint_map):
             print(f'{name:14}{text}')
         counts = {key: value for key, value in client.counts.figures().items() if value != '0'}
-        print(f'{"exchanges":14}' + ', '.join(f'{key} {value}' for key, value in counts.items()))
+        print(f'{"counts":14}' + ', '.join(f'{value} {key}' for key, value in counts.items()))
         if watch:
             _watch(client, joint_map)
     raise typer.Exit(1 if seen.missing(joint_map) else 0)
@@ -90,7 +90,7 @@ def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None
             span,
             torque_of(record),
         )
-    Console().print(table)
+    print_whole(table)
     raise typer.Exit(1 if seen.missing(joint_map) else 0)
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
+from khr.cli.tables import print_whole
 from khr_bringup.graph.live import PATIENCE, LiveParameter, get_parameters
 from khr_bringup.graph.live import set_parameter as set_live
 from khr_bringup.graph.live import switch_scenario as switch
@@ -97,7 +97,7 @@ def list_runs() -> None:
             str(Path(entry.place, entry.folder)),
         )
     if shown.row_count:
-        Console(soft_wrap=True).print(shown)
+        print_whole(shown)
     else:
         print('no run is going on; start one with "khr run SCENARIO"')
 
