@@ -112,6 +112,8 @@ def test_the_graph_hears_what_the_board_measures(driven):
     assert weight == pytest.approx(9.81 * Robot.load().mass, rel=0.2)
     assert bag['/robot_description'][0][1].data == Robot.load().urdf
     assert '/ground_truth/odom' not in bag and f'/{BOARD_CORRECTION.name}' not in bag
+    played = khr_here('view', ended.folder, '--no-browser')
+    assert played.code == 2 and 'which a run on the real robot does not have' in played.err
 
 
 def test_forces_and_gyro_judge_it_and_there_is_no_trajectory(driven):

@@ -10,6 +10,7 @@ from matplotlib.path import Path as Outline
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.balance import BalanceSeries, balances_of
+from khr_bringup.launching import with_driver
 from khr_bringup.recorded.events import Event
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
@@ -72,6 +73,7 @@ def test_the_overview_shows_rates_in_degrees_on_one_time_axis_and_a_spectrum(ser
     fast = SCENARIO.changed({('foot_force', 'time_constant'): 0.0})
     with styled():
         assert 'late' not in overview(series, fast).get_supxlabel()
+    assert 'late' not in note(with_driver(SCENARIO, '', '/dev/ttyUSB0', '--')), 'its own sensors'
     assert 'shaded' in note(SCENARIO)
     assert 'shaded' not in note(load_scenario('stand_0deg')), 'no foot swings'
 

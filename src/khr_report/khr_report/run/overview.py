@@ -25,7 +25,7 @@ from khr_common.signals import broken
 from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled, write_at
 from khr_report.run.contents import RunContents
 from khr_report.run.spectra import draw_spectra, draw_spectrogram, spectrum_of_run
-from khr_sim.sensors import FootForceParameters
+from khr_sim.sensors import FOOT_FORCE, FootForceParameters
 
 EVENTS_NAMED = 9
 CHANGED = ', changed while it ran'
@@ -195,7 +195,8 @@ def overview(
 
 def note(scenario: Scenario, shades: bool = True) -> str:
     """Return a note on the signs and delays of the signals, and on the shades of swings."""
-    late = scenario.table(FootForceParameters).time_constant
+    simulated = FOOT_FORCE.name in scenario.nodes  # a real robot has sensors of its own
+    late = simulated and scenario.table(FootForceParameters).time_constant
     forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
     swung = shades and any(swings(scenario.table(GaitParameters)).values())
     shaded = f'; {SHADED}' if swung else ''

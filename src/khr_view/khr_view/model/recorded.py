@@ -57,7 +57,10 @@ class Timeline:
         self._tracks = {topic: track for topic, track in tracks.items() if len(track.stamps)}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:
-            raise KhrError(f'{path}: no {", ".join(absent)} in it; accepted: the bag of a khr run')
+            raise KhrError(
+                f'{path}: no {", ".join(absent)} in it, which a run on the real robot does not have; '
+                'accepted: the bag of a simulated khr run'
+            )
         self.robot = run.robot
         scenario = run.parameters
         self.title = scenario.title or scenario.name or self.name
