@@ -16,6 +16,7 @@ from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
+from khr_common.parameters import LARGEST
 from khr_description.robot import JOINTS
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import mix
@@ -101,12 +102,26 @@ class Agent:
         return np.minimum(np.maximum(np.array(values, np.float32), -MOST), MOST)
 
 
+def checked_seed(seed: object) -> int | None:
+    """Return the seed of an episode.
+
+    Raises:
+        KhrError: if it is neither None nor an integer from 0 up to 64 bits.
+    """
+    if seed is None:
+        return None
+    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
+    if not (whole and 0 <= seed <= LARGEST):  # type: ignore[operator]
+        raise KhrError.refused('seed', seed, f'integer in [0, {LARGEST}]')
+    return int(seed)  # type: ignore[call-overload, no-any-return]
+
+
 def clipped(action: Sequence[float] | Observation) -> list[float]:
     """Return an action within the action space."""
     try:
         ankle, hip = (float(share) for share in action)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         ankle = hip = nan
     if not (isfinite(ankle) and isfinite(hip)):
-        raise KhrError(f'action: {action!r:.80} is not accepted; accepted: 2 finite numbers')
+        raise KhrError.refused('action', action, '2 finite numbers')
     return [max(-1.0, min(1.0, share)) for share in (ankle, hip)]

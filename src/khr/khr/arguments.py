@@ -6,7 +6,7 @@ pydantic is imported by the first call: the command loads this module at every s
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, wraps
 from os import PathLike
@@ -72,6 +72,7 @@ def _validated(function: Callable[P, Returned]) -> Callable[P, Returned]:
 
     @wraps(function)
     def call(*given: P.args, **named: P.kwargs) -> Returned:
+        _check_paths(inspect.signature(function).bind(*given, **named).arguments)
         return function(*given, **named)
 
     call.__annotations__ = {
@@ -79,6 +80,22 @@ def _validated(function: Callable[P, Returned]) -> Callable[P, Returned]:
     }
     validated: Callable[P, Returned] = validate_call(call)
     return validated
+
+
+def _check_paths(arguments: Mapping[str, object]) -> None:
+    """Refuse names and paths that no file can have.
+
+    Raises:
+        KhrError: if one has a character that is not in UTF-8, or a zero.
+    """
+    for name, value in arguments.items():
+        if isinstance(value, (str, PathLike)):
+            try:
+                valid = b'\0' not in str(value).encode()
+            except UnicodeEncodeError:
+                valid = False
+            if not valid:
+                raise KhrError.refused(name, str(value), 'a text in UTF-8 without zeros')
 
 
 def _text(function: Callable[..., object], error: ValidationError) -> str:

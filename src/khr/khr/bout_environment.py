@@ -6,7 +6,7 @@ It needs PettingZoo, an extra of this package.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from typing import Any
 
@@ -19,11 +19,12 @@ from khr.agent import (
     Agent,
     Observation,
     action_space,
+    checked_seed,
     controllers_of,
     observation_space,
 )
 from khr.arguments import checked
-from khr.runs import named
+from khr.runs import named, plain
 from khr_analysis.referee import BLUE, DRAW, RED, ROBOTS, judge
 from khr_bringup.bout.bout import Bout, load_bout
 from khr_common import KhrError
@@ -121,10 +122,10 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         Raises:
             KhrError: if a start is not accepted.
         """
-        if seed is not None:
-            self._random = np.random.default_rng(seed)
+        if (number := checked_seed(seed)) is not None:
+            self._random = np.random.default_rng(number)
         drawn = int(self._random.integers(SEEDS))
-        given = options or {}
+        given = _by_name('options', options or {}, STARTS)
         starts = {f'referee.{each}': given[each] for each in STARTS if each in given}
         bout = _changed(self._base, {'simulator.seed': drawn, **starts})
         robots = bout.in_round(0)
@@ -148,10 +149,8 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         """
         if self._plant is None or not self.agents:
             raise KhrError('step: no episode; accepted: after reset()')
-        if set(actions) != set(ROBOTS):
-            raise KhrError(
-                f'actions: {sorted(actions)} is not accepted; accepted: one of {RED} and {BLUE}'
-            )
+        if set(_by_name('actions', actions, ROBOTS)) != set(ROBOTS):
+            raise KhrError.refused('actions', [*actions], f'one of {RED} and {BLUE}')
         self._plant.answer([each.act(actions[name]) for name, each in self._robots.items()])
         self._plant.advance()
         observations, infos = self._observe(), self._infos()
@@ -237,13 +236,19 @@ def bout_env(
 
 
 def _changed(bout: Bout, changes: Mapping[str, Any]) -> Bout:
-    return bout.set_to(
-        f'{key}={json.dumps(value, default=_plain)}' for key, value in changes.items()
-    )
+    return bout.set_to(f'{key}={_text(key, value)}' for key, value in changes.items())
 
 
-def _plain(value: Any) -> Any:
-    """Return a number or an array of NumPy as plain data."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    raise KhrError(f'{value!r} is not accepted; accepted: a number, text, list or array')
+def _text(key: str, value: Any) -> str:
+    """Return a value as on a command line."""
+    try:
+        return json.dumps(plain(value))
+    except (TypeError, ValueError):  # no data, or an integer of thousands of digits
+        raise KhrError.refused(key, value, 'a number, text, list or array') from None
+
+
+def _by_name(name: str, values: Any, known: Iterable[str]) -> Mapping[str, Any]:
+    """Return values by name; refuse others."""
+    if not isinstance(values, Mapping):
+        raise KhrError.refused(name, values, f'values by name, of {" | ".join(known)}')
+    return values

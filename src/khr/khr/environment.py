@@ -23,14 +23,16 @@ from khr.agent import (
     Agent,
     Observation,
     action_space,
+    checked_seed,
     controllers_of,
     observation_space,
 )
 from khr.arguments import ScenarioLike, checked
-from khr.runs import changes_of, prepared
+from khr.runs import changes_of, plain, prepared
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
+from khr_common.checks import finite
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
@@ -112,6 +114,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             self.metadata = {**self.metadata, 'render_modes': ['rgb_array']}
         self.render_mode = render_mode
         self.weights = {**WEIGHTS, **(weights or {})}
+        for name, weight in self.weights.items():
+            finite(f'weights: {name}', weight)
         self._base = scenario.changed(
             {('simulator', 'duration'): duration(scenario)}
             | {(node, 'enabled'): False for node in controllers_of(scenario)}
@@ -143,6 +147,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         Raises:
             KhrError: if an option is not accepted.
         """
+        seed = checked_seed(seed)
         super().reset(seed=seed)
         if not isinstance(options, (Mapping, NoneType)):
             raise KhrError.refused(
@@ -228,8 +233,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
                     )
                 changes |= self._robots[int(value)]
             elif name == 'push':
-                several = isinstance(value, (list, tuple, np.ndarray))
-                changes[OPTIONS[name]] = list(value) if several else [value]
+                pushes = plain(value)
+                changes[OPTIONS[name]] = pushes if isinstance(pushes, list) else [pushes]
             elif name in OPTIONS:
                 changes[OPTIONS[name]] = value
             else:

@@ -249,6 +249,14 @@ def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:
         node, dot, parameter = str(name).partition('.')
         if not dot or not parameter:
             raise KhrError.refused('set', name, 'NODE.PARAMETER')
-        plain = value.item() if isinstance(value, np.generic) else value
-        changes[node, parameter] = typed(node, parameter, plain)
+        changes[node, parameter] = typed(node, parameter, plain(value))
     return changes
+
+
+def plain(value: Any) -> Any:
+    """Return numbers and arrays of NumPy, also within a list, as numbers and lists."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    return value

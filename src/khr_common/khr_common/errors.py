@@ -14,7 +14,14 @@ LONGEST = 200  # characters of a foreign value that an error text repeats
 
 
 class KhrError(Exception):
-    """A user's mistake; its text is one line with name, place, value and accepted values."""
+    """A user's mistake; its text is one line with name, place, value and accepted values.
+
+    Args:
+        text: the line; characters of foreign names that do not fit into a line are replaced.
+    """
+
+    def __init__(self, text: str = '') -> None:
+        super().__init__(text if text.isprintable() else _printable(text))
 
     @classmethod
     def refused(cls, name: str, value: object, accepted: str) -> Self:
@@ -31,11 +38,13 @@ class MalformedError(KhrError):
 
 
 def quoted(value: object) -> str:
-    """Return the repr of a value, at most 200 characters of it."""
+    """Return the repr of a value as one line, at most 200 characters of it."""
     try:
         text = repr(value)
-    except ValueError:  # an integer of thousands of digits
+    except Exception:  # an integer of thousands of digits, or a class of the caller
         text = f'<{type(value).__name__}>'
+    if not text.isprintable():  # as of an array of several rows
+        text = _printable(text[: 4 * LONGEST])
     return text if len(text) <= LONGEST else f'{text[: LONGEST - 3]}...'
 
 
@@ -54,6 +63,11 @@ def meant(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
 
 def one_line(text: str) -> str:
     """Return a foreign text as one printable line, at most 200 characters of it."""
-    line = ' '.join(text[: 4 * LONGEST].split())
-    plain = ''.join(each if each.isprintable() else '?' for each in line)
+    plain = _printable(text[: 4 * LONGEST])
     return plain if len(plain) <= LONGEST else f'{plain[: LONGEST - 3]}...'
+
+
+def _printable(text: str) -> str:
+    """Return a text in one line; other characters that cannot be printed become ``?``."""
+    line = ' '.join(text.split())
+    return ''.join(each if each.isprintable() else '?' for each in line)

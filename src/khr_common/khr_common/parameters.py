@@ -22,6 +22,7 @@ from khr_common.errors import KhrError, meant, named, quoted
 
 Value = bool | int | float | str | list[float] | list[str]
 Table = TypeVar('Table')
+LARGEST = 2**63 - 1  # of an integer, which has 64 bits in ROS 2
 
 
 class ParameterError(KhrError):
@@ -67,16 +68,19 @@ class Specification:
         """
         kind = list if self.element else self.kind
         if type(value) is not kind:
-            hint = f' (write {float(value)})' if kind is float and type(value) is int else ''
-            raise self._refusal(value, hint)
+            number = as_float(value) if kind is float and type(value) is int else None
+            raise self._refusal(value, f' (write {number})' if type(number) is float else '')
         elements = value if self.element else [value]
         if self.length not in (None, len(elements)) or not all(map(self._accepts, elements)):
-            raise self._refusal(value)
+            beyond = any(type(each) is int and abs(each) > LARGEST for each in elements)
+            raise self._refusal(value, ' (beyond 64 bits)' if beyond else '')
         return cast(Value, value)
 
     def _accepts(self, element: Any) -> bool:
         kind = self.element or self.kind
         if type(element) is not kind or (self.choices and element not in self.choices):
+            return False
+        if kind is int and not -LARGEST <= element <= LARGEST:
             return False
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
@@ -86,6 +90,14 @@ class Specification:
         return ParameterError(
             f'{self.name}: {quoted(value)} is not accepted{hint}; accepted: {self.accepted}'
         )
+
+
+def as_float(value: int) -> float | int:
+    """Return an integer as a float; unchanged if it is beyond all floats."""
+    try:
+        return float(value)
+    except OverflowError:
+        return value
 
 
 _WORDS: dict[type[Any], str] = {bool: 'bool', int: 'integer', float: 'float', str: 'text'}

@@ -141,6 +141,19 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
     assert pq.read_table(tmp_path / 'kept' / 'results.parquet').equals(found)
 
 
+class Lines:
+    def __repr__(self):
+        return 'two\nlines'
+
+
+def test_lists_and_arrays_of_numpy_are_values():
+    plain, *others = (
+        khr.run('stand_0deg', duration=0.05, set={'simulator.push_point': point})
+        for point in ([0.0, 0.1, 0.2], np.array([0.0, 0.1, 0.2]), [np.float64(0.0), 0.1, 0.2])
+    )
+    assert [each.scenario.values for each in others] == [plain.scenario.values] * 2
+
+
 @pytest.mark.parametrize(
     ('call', 'says'),
     [
@@ -151,6 +164,13 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
         (lambda: khr.critical(engine=''), 'engine'),
         (lambda: khr.critical(set={'simulator.inclination_deg': 3}), '^set: .*inclination_deg=3'),
         (lambda: khr.run(), 'scenario is missing'),
+        (lambda: khr.run('stand_0deg', seed=10**5000), r'seed: <int> .*\(beyond 64 bits\)'),
+        (lambda: khr.run('stand_0deg', seed=2**63), r'\(beyond 64 bits\)'),
+        (lambda: khr.run('stand_0deg', set={'gait.repeat': [10**400]}), 'list of floats'),
+        (lambda: khr.run('stand_0deg', set={'gait.repeat': np.eye(9)}), 'list of floats'),
+        (lambda: khr.run('stand_0deg', set={'gait.repeat': Lines()}), 'repeat: two lines is not'),
+        (lambda: khr.load('a\0b'), 'path: .*UTF-8 without zeros'),
+        (lambda: khr.sweep('stand_0deg', {}, out='a\udc80b'), 'out: .*UTF-8 without zeros'),
         (lambda: khr.run(3), 'a valid string . a path . an instance of Scenario'),
         (lambda: khr.run('walk_0deg', gain=12), "'gain'.*accepted: scenario, set"),
         (lambda: khr.critical(seeds=0), '^seeds: 0'),

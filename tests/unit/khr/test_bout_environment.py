@@ -115,6 +115,8 @@ def test_every_controller_of_both_robots_is_off():
         (lambda: khr.bout_env('shove', set={'simulator.seed': object()}), 'a number, text, list'),
         (lambda: fight().step({}), 'after reset'),
         (lambda: started().step({'red': np.zeros(2)}), r"\['red'\].*one of red and blue"),
+        (lambda: started().step([[0, 0], [0, 0]]), 'actions: .*values by name'),
+        (lambda: fight().reset(seed='a'), "seed: 'a' .*integer in"),
         (lambda: started(red_start='left'), 'red_start'),
     ],
 )

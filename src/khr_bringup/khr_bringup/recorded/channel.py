@@ -19,7 +19,7 @@ from khr_analysis.quantities import QUANTITIES, Quantity, Rows, stamp_of
 from khr_analysis.sampling import Samples, choose_stamps, even_samples
 from khr_bringup.recorded.bags import AmbiguousError, existing_bag
 from khr_bringup.recorded.storage import Storage, opened
-from khr_common.errors import KhrError, one_line, quoted
+from khr_common.errors import KhrError, named, one_line, quoted
 from khr_common.interfaces import GYRO, IMU
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Channel:
     def label(self) -> str:
         """Return quantity, axis and topic."""
         frame = f' in {self.frame}' if self.frame else ''
-        return f'{self.quantity.name} {self.axis}{frame} on {self.topic}'
+        return f'{self.quantity.name} {named(self.axis)}{frame} on {named(self.topic)}'
 
     def even(self) -> Samples:
         """Return the longest stretch without a gap, sampled evenly.
@@ -110,7 +110,7 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
     if wanted not in axes:
         raise KhrError(
             f'axis: {quoted(wanted)} is not in {chosen.name}; accepted: '
-            f'{", ".join(axes) or "a topic with messages"}'
+            f'{", ".join(map(named, axes)) or "a topic with messages"}'
         )
     table = {
         name: np.array([dict(row).get(name, np.nan) for row in rows], dtype=np.float64)
@@ -119,25 +119,27 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
     moving = [name for name in axes if _moves(table[name])]
     if wanted not in moving:
         raise KhrError(
-            f'axis: {wanted} of {chosen.name} is constant and has no spectrum; accepted: '
-            f'{", ".join(f"--axis {name}" for name in moving) or "a topic that changes"}'
+            f'axis: {named(wanted)} of {chosen.name} {_still(table[wanted])}; accepted: '
+            f'{", ".join(f"--axis {named(name)}" for name in moving) or "a topic that changes"}'
         )
+    with np.errstate(over='ignore'):  # what is infinite then is left out and counted
+        values = table[wanted] * quantity.factor
     return Channel(
-        chosen.name,
-        chosen.kind,
-        wanted,
-        quantity,
-        stamps,
-        logs,
-        table[wanted] * quantity.factor,
-        frame,
-        tuple(notes),
+        chosen.name, chosen.kind, wanted, quantity, stamps, logs, values, frame, tuple(notes)
     )
 
 
 def _moves(values: Array) -> bool:
     known = values[np.isfinite(values)]
-    return bool(known.size) and float(np.ptp(known)) > 0.0
+    return bool(known.size) and bool(np.min(known) < np.max(known))
+
+
+def _still(values: Array) -> str:
+    """Return why a number has no spectrum."""
+    known = np.count_nonzero(np.isfinite(values))
+    if known > 1:
+        return 'is constant and has no spectrum'
+    return f'has {known} finite number{"" if known == 1 else "s"} in {len(values)} messages'
 
 
 def _order(rows: list[Rows]) -> Callable[[str], int]:
@@ -156,8 +158,8 @@ def _opened(path: Path) -> Iterator[Storage]:
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = one_line(str(error)) or type(error).__name__
         raise KhrError(
-            f'{path}: not a readable recording ({text}); accepted: a whole one; "khr recover" '
-            'keeps what is left of it'
+            f'{path}: not a readable recording ({text}); accepted: one with whole messages; "khr '
+            'recover" keeps what is left of it'
         ) from error
 
 
@@ -211,17 +213,19 @@ def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
     listed = ', '.join(f'--topic {each.name} ({each.kind})' for each in known)
     accepted = f'accepted: {listed or "a recording with a topic of " + ", ".join(QUANTITIES)}'
     if not listed:
-        others = ', '.join(f'{each.name} ({each.kind})' for each in found[:SHOWN])
-        more = f' and {len(found) - SHOWN} more' if len(found) > SHOWN else ''
-        accepted += f'; this one has messages of {others}{more}' if found else '; it is empty'
+        held = found or [each for each in topics if each.messages]
+        others = ', '.join(f'{each.name} ({each.kind})' for each in held[:SHOWN])
+        more = f' and {len(held) - SHOWN} more' if len(held) > SHOWN else ''
+        where = 'this one has' if found else f'none in {inside}: it has'
+        accepted += f'; {where} messages of {others}{more}' if held else '; it is empty'
     if name:
         wanted = (name, inside + name.strip('/'))
-        named = [each for each in found if each.name in wanted or f'/{each.name}' in wanted]
-        if not named:
+        having = [each for each in found if each.name in wanted or f'/{each.name}' in wanted]
+        if not having:
             raise KhrError(f'topic: {quoted(name)} has no messages; {accepted}')
-        if named[0].kind not in QUANTITIES:
-            raise KhrError(f'topic: {name} is of type {named[0].kind}; {accepted}')
-        return named[0]
+        if having[0].kind not in QUANTITIES:
+            raise KhrError(f'topic: {name} is of type {having[0].kind}; {accepted}')
+        return having[0]
     gyros = [each for each in known if each.kind == IMU]
     if not gyros:
         raise KhrError(f'topic: no topic of type {IMU}; {accepted}')

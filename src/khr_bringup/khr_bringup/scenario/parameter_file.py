@@ -8,7 +8,7 @@ from typing import Any
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
 from khr_common.errors import KhrError, meant, named
-from khr_common.parameters import Specification
+from khr_common.parameters import Specification, as_float
 from khr_common.strict_yaml import read_yaml
 
 Values = dict[str, dict[str, Any]]
@@ -88,7 +88,7 @@ def with_floats(known: Specification | None, value: Any) -> Any:
     """Convert the integers in a list if the parameter is a list of floats, as ROS 2 does."""
     if known is None or known.element is not float or not isinstance(value, list):
         return value
-    return [float(each) if type(each) is int else each for each in value]
+    return [as_float(each) if type(each) is int else each for each in value]
 
 
 def blocks_of(
@@ -163,5 +163,5 @@ def typed(node: str, key: str, value: Any) -> Any:
 def as_typed(known: Specification | None, value: Any) -> Any:
     """Convert integers to floats for a parameter of floats; a value of an unknown one stays."""
     if known and known.kind is float and type(value) is int:
-        return float(value)
+        return as_float(value)
     return with_floats(known, value)

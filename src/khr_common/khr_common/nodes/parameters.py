@@ -19,11 +19,17 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 
 from khr_common.errors import KhrError
 from khr_common.parameter_files import check_blocks, files_in, read_blocks
-from khr_common.parameters import ParameterError, Specification, build, check, specifications
+from khr_common.parameters import (
+    LARGEST,
+    ParameterError,
+    Specification,
+    build,
+    check,
+    specifications,
+)
 
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
-LARGEST = 2**63 - 1  # of an integer parameter
 
 
 def plain(value: Any) -> Any:

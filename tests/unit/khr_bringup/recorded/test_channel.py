@@ -161,6 +161,8 @@ def test_another_type_is_never_read_as_an_imu(tmp_path):
         read_channel(write(tmp_path / 'text', text, topic='/chatter'), '/chatter')
     with pytest.raises(KhrError, match=r'it is empty$'):
         read_channel(write(tmp_path / 'none', []))
+    with pytest.raises(KhrError, match=r'none in /left/: it has messages of /imu/data_raw'):
+        read_channel(bag, namespace='left')
 
 
 def test_an_axis_that_holds_nothing_is_named_with_those_that_do(tmp_path):
@@ -175,6 +177,21 @@ def test_an_axis_that_holds_nothing_is_named_with_those_that_do(tmp_path):
     is_tone(bag, axis='x')
     with pytest.raises(KhrError, match="axis: 'w' is not in /imu/data; accepted: x, y, z"):
         read_channel(bag, axis='w')
+    for _, each in turned:
+        each.angular_velocity.y = np.nan
+    with pytest.raises(KhrError, match='y of /imu/data has 0 finite numbers in 200 messages'):
+        read_channel(write(tmp_path / 'nan', turned))
+
+
+def test_the_names_in_an_error_stay_in_its_line(tmp_path):
+    made = TYPES['JointState'](
+        header=tone(7.0, 50.0)[0][1].header, name=['a\nb'], position=np.zeros(1),
+        velocity=np.zeros(0), effort=np.zeros(0),
+    )  # fmt: skip
+    bag = write(tmp_path / 'bag', [(EPOCH, made)], topic='/joint_states')
+    for axis in ('', 'c'):
+        with pytest.raises(KhrError, match=r"'a\\nb'"):
+            read_channel(bag, '/joint_states', axis)
 
 
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
