@@ -29,11 +29,12 @@ def written(path: Path) -> Iterator[Path]:
         with part.open('rb') as file:
             os.fsync(file.fileno())
         part.replace(path)
+    except KhrError as error:
+        raise type(error)(str(error).replace(part.name, path.name)) from error
     except OSError as error:
         kind = KhrError if error.errno in _MISTYPED else RunError
-        raise kind(
-            f'{str(path)!r}: {error.strerror or error}; accepted: a file that can be written'
-        ) from error
+        text = str(error.strerror or error).replace(part.name, path.name)
+        raise kind(f'{str(path)!r}: {text}; accepted: a file that can be written') from error
     finally:
         part.unlink(missing_ok=True)
 

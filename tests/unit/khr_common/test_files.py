@@ -48,6 +48,14 @@ def test_an_error_while_writing_leaves_nothing(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_an_error_names_the_file_itself(tmp_path):
+    with (
+        pytest.raises(KhrError, match=r'^m\.doc: no picture'),
+        written(tmp_path / 'm.doc') as part,
+    ):
+        raise KhrError(f'{part.name}: no picture')
+
+
 def test_a_mistyped_folder_is_the_users_mistake(tmp_path):
     with pytest.raises(KhrError, match='No such file or directory') as refusal:
         write_text(tmp_path / 'nowhere' / 'x', '')

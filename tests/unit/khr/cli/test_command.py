@@ -65,6 +65,8 @@ def khr(monkeypatch, capsys, *arguments):
         (['view', 'walk_0deg', '--no-browser', '--kh', 'nan'], ['hip_controller: gain: ']),
         (['view', 'stand_0deg', '--no-browser', '--port', '99999'], ['--port: ']),
         (['view', '.', '--no-browser', '--kh', '0'], ['--kh: not accepted with a recording']),
+        (['report', '.', '--out', 'x.docx'], ['--out', 'x.docx', '.html']),
+        (['figure', '3.8', '--out', 'x.doc'], ['--out', 'x.doc', 'a folder, or a name in .png']),
         (['report', '.', '--axis', 'x', '--out', 'x.svg'], ['--axis: not accepted with --out']),
         (
             ['export', 'stand_0deg', '--motion', '--out', 'x.csv', '--namespace', '/a'],

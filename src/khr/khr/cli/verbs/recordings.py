@@ -99,10 +99,13 @@ def report(
     namespace: NamespaceOption = '',
 ) -> None:
     """Write a page about a run, one that compares two, or one about any recording."""
+    from khr_report.output import check_file
     from khr_report.plots.plot_style import PICTURES
     from khr_report.run.overview import draw_run
     from khr_report.run.page import report as write
 
+    if out:
+        check_file(out, '.html', *PICTURES)
     if out and out.suffix in PICTURES:
         if against:
             raise KhrError(

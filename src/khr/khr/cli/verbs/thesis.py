@@ -60,6 +60,8 @@ def figure(
     asked = registry.expand_numbers(numbers)
     if len(asked) > 1 and out.suffix in PICTURES:
         raise KhrError.refused('--out', str(out), f'a folder, for {len(asked)} figures')
+    if out.suffix[1:].isalpha() and out.suffix not in PICTURES and not out.is_dir():
+        raise KhrError.refused('--out', str(out), f'a folder, or a name in {", ".join(PICTURES)}')
     runs = registry.run_experiments(asked, fast, engine, robot)
     console = Console(stderr=True)
     for place, number in enumerate(asked, 1):
