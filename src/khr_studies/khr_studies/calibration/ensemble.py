@@ -224,11 +224,13 @@ def constant_spreads(plan: CalibrationPlan, found: Ensemble) -> pd.DataFrame:
 
 
 def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:
-    """Return the rank correlations of the constants over the ensemble, (n, n)."""
+    """Return the rank correlations of the constants over the ensemble, (n, n).
+
+    Those of a constant that is the same in every robot are not defined, NaN.
+    """
     ranks = [stats.rankdata(found.values(name)) for name in plan.constants]
     with np.errstate(invalid='ignore'):
-        matrix = np.atleast_2d(np.corrcoef(ranks))
-    return np.asarray(np.nan_to_num(matrix))
+        return np.atleast_2d(np.corrcoef(ranks))
 
 
 def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:

@@ -28,7 +28,7 @@ def correlation_figure(plan: CalibrationPlan, found: Ensemble) -> Figure:
         axis.set_yticks(range(len(words)), words)
         axis.grid(visible=False)
         for (row, column), value in np.ndenumerate(matrix):
-            if row != column:
+            if row != column and np.isfinite(value):
                 tone = 'white' if abs(value) > 0.6 else 'black'
                 text = axis.text(column, row, f'{value:+.1f}', color=tone, fontsize=5)
                 text.set(ha='center', va='center')
@@ -36,6 +36,7 @@ def correlation_figure(plan: CalibrationPlan, found: Ensemble) -> Figure:
         head(
             figure,
             f'Rank correlations of the constants over the {len(found.robots)} robots that fit',
+            'blank: a constant that is the same in every robot' if np.isnan(matrix).any() else '',
         )
         return figure
 

@@ -3,6 +3,7 @@
 import json
 import sqlite3
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from khr_studies.calibration.ensemble import (
     pareto_set,
     worst_miss,
 )
+from khr_studies.calibration.figure import correlation_figure
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant
@@ -213,6 +215,13 @@ def test_shipped_journal_was_measured_by_the_present_cost():
     with sqlite3.connect(ROOT / 'docs' / 'calibration.sqlite') as database:
         ((head,),) = database.execute("SELECT data FROM results WHERE id = ''")
     assert json.loads(head)['cost'] == cost_digest(), 'khr calibrate does not resume from it'
+
+
+def test_correlations_of_a_constant_that_is_the_same_in_every_robot_are_blank():
+    same, *others = PLAN.constants
+    values = {name: np.arange(3.0) for name in others} | {same: np.ones(3)}
+    figure = correlation_figure(PLAN, SimpleNamespace(robots=[0, 1, 2], values=values.__getitem__))
+    assert len(figure.axes[0].texts) == len(others) * (len(others) - 1)
 
 
 def test_page_data_pictures_and_constants_are_written(tmp_path):
