@@ -107,6 +107,10 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
         notes = list(storage.notes)
     axes = sorted({name for row in rows for name, _ in row}, key=_order(rows))
     wanted = axis or quantity.default or (axes[0] if axes else '')
+    if not axis and wanted != quantity.default and len(axes) > 1:
+        notes.append(
+            f'{wanted} is the first of {len(axes)} in the topic; --axis NAME takes another.'
+        )
     if wanted not in axes:
         raise KhrError(
             f'axis: {quoted(wanted)} is not in {chosen.name}; accepted: '

@@ -101,7 +101,8 @@ def test_metadata_that_do_not_fit_are_left_aside(tmp_path):
 def test_every_type_is_read_in_its_unit(tmp_path, kind):
     unit, amplitude = KINDS[kind]
     bag = write(tmp_path / 'bag', tone(7.0, 50.0, kind=kind), topic='/some/thing')
-    is_tone(bag, amplitude=amplitude, topic='/some/thing')
+    notes = is_tone(bag, amplitude=amplitude, topic='/some/thing')
+    assert ('is the first of 2 in the topic; --axis NAME' in notes) == (kind == 'JointState')
     assert read_channel(bag, 'some/thing').quantity.unit == unit
 
 
