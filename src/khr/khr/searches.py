@@ -52,14 +52,15 @@ def critical(
     """Measure the critical inclination, in deg, by one bisection per seed.
 
     Args:
-        motion: Motion: ``walk``, or ``leg_lift``, standing on the force-sensor pads: lifting one
+        motion: ``walk``, or ``leg_lift``: standing on the force-sensor pads, lifting one
             leg, holding it and setting it down again.
         ankle_gain: Ankle gain K_A in board units; 0 is no control.
         hip_gain: Hip gain K_H in board units; 0 is no control.
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
         uphill: The robot faces uphill, and so falls backward.
-        set: Change a parameter of the scenario: ``node.parameter=value``; but not inclination,
-            seed and initial tilt, which the search sets, nor motion and surface.
+        set: Change parameters of the scenario, ``node.parameter=value`` (in Python a dict of
+            names and values), but not inclination, seed and initial tilt, which the search sets,
+            nor motion and surface.
         robot: Constants of another robot: ``leaning``, ``stiff`` or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Number of seeds of each measurement.
@@ -166,7 +167,8 @@ def tune(
 
     Args:
         scenario: Scenario with motion and slope: a name or file; in Python also a loaded one.
-        set: Change a parameter of the scenario: ``node.parameter=value``.
+        set: Change parameters of the scenario, ``node.parameter=value`` (in Python a dict of names
+            and values).
         engine: Physics engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         gait: Search the gait's placement of the centre of mass as well.
         robust: Find gains that hold for every robot of the ensemble that calibrate found.

@@ -229,7 +229,11 @@ def serve(
     ] = 54.0,
     set_: SetOption = None,
 ) -> None:
-    """Serve a virtual board with the robot of a scenario behind it, until stopped."""
+    """Serve a virtual board with the robot of a scenario behind it, until stopped.
+
+    Ctrl-C or SIGTERM (``kill``) stops it; a shell script lets a command in its background (``&``)
+    ignore SIGINT.
+    """
     from khr_bringup.virtual_robot import virtual_board
     from khr_common.processes import ask_for_real_time
     from khr_hardware.joint_map import JointMap

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from khr.cli.run import NETWORK, numbered, print_line
 from khr.cli.verbs.options import (
+    BoutSetOption,
     DomainOption,
     NetworkOption,
     OfflineOption,
@@ -22,7 +23,6 @@ from khr.cli.verbs.options import (
     PrintRos2Option,
     ProcessesChoice,
     RecordOption,
-    SetOption,
     ViewOption,
     refuse_offline,
     refuse_with_ros2,
@@ -49,7 +49,7 @@ def start_bout(
     offline: OfflineOption = False,
     one_process: ProcessesChoice = None,
     engine: OwnEngineOption = None,
-    set_: SetOption = None,
+    set_: BoutSetOption = None,
     record: RecordOption = True,
     out: OutOption = None,
     domain: DomainOption = None,

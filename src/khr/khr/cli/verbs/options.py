@@ -77,6 +77,13 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option(
         '--set',
+        help='Change a parameter: node.parameter=value; repeatable: the last value of each counts.',
+    ),
+]
+BoutSetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--set',
         help='Change a parameter: node.parameter=value (of one robot of a bout, '
         'red.node.parameter=value); repeatable: the last value of each counts.',
     ),

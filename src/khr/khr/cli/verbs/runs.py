@@ -12,6 +12,7 @@ from rich.console import Console
 
 from khr.cli.verbs.options import (
     AnkleGainOption,
+    BoutSetOption,
     DomainOption,
     HipGainOption,
     NamespaceOption,
@@ -178,7 +179,7 @@ def view(
     ] = 'same',
     record: RecordOption = True,
     out: OutOption = None,
-    set_: SetOption = None,
+    set_: BoutSetOption = None,
     robot: RobotOption = '',
     ka: AnkleGainOption = None,
     kh: HipGainOption = None,
