@@ -96,11 +96,16 @@ class PendulumMotion:
 
 
 def foot_forces(normal_force: Value, to_toe: Value, half_foot: float) -> tuple[Value, Value]:
-    """Share the normal force between toe and heel: F_T and F_H of (3.2), (3.3), N.
+    """Return the forces on toe and heel, F_T and F_H of (3.2) and (3.3), N.
+
+    Args:
+        normal_force: of the ground on the foot, N.
+        to_toe: distance of the ZMP behind the toe, m.
+        half_foot: half the length of the foot, m.
 
     Raises:
-        KhrError: if half_foot is not positive, the normal force negative (ground does not
-            pull), or the ZMP, ``to_toe`` behind the toe (m), outside the foot.
+        KhrError: if half_foot is not positive, the normal force is negative, as if the ground
+            pulled, or the ZMP is outside the foot.
     """
     positive('half_foot', half_foot)
     within('normal_force', normal_force, 0.0, math.inf)

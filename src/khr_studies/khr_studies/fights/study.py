@@ -203,10 +203,11 @@ def _differences(robot: str, before: Mapping[str, Any], after: Mapping[str, Any]
 
 
 def effect(won: tuple[float, float, float], lost: tuple[float, float, float]) -> str:
-    """Return the effect of a means on a fighter: ``better``, ``worse``, ``both`` or ``none``.
+    """Return how a change affects a fighter: ``better``, ``worse``, ``both`` or ``none``.
 
     Args:
-        won, lost: difference of the share of victories and of defeats, with its interval.
+        won: change of the share of bouts won: value, lower and upper bound.
+        lost: change of the share of bouts lost, likewise.
     """
     better = won[1] > 0.0 or lost[2] < 0.0
     worse = won[2] < 0.0 or lost[1] > 0.0

@@ -38,14 +38,16 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
     """Walk once.
 
     Returns:
-        The columns of the run, and: ``slide_mm`` per step, ``before_mm`` and ``after_mm`` (slides
-        of the stance before and after the steps); ``slid_first``, whether a sole slid by a quarter
-        of a step before the torso tipped; ``dominated``, whether more than half of the power of
-        the true pitch rate lies above 4 Hz. Of that rate over Gait-3 ``amplitude_rad_s`` (root
-        mean square), ``peaks_hz`` (largest first; empty unless the robot stayed up),
-        ``single``, whether no other peak reaches ``SECOND_PEAK_MOST`` of the largest, and
-        ``extra_peak_hz``, the largest peak above f_0 that is no multiple of it. ``early`` and
-        ``late`` are the correlations of cycles 1 and 2, and of 3 and 4.
+        The columns of the run, and these:
+
+        - ``slide_mm``: slide per step; ``before_mm``, ``after_mm``: of the stance before and after.
+        - ``slid_first``: whether a sole slid by a quarter of a step before the torso tipped.
+        - ``dominated``: whether more than half of the power of the true pitch rate is above 4 Hz.
+        - ``amplitude_rad_s``: root mean square of the true pitch rate over Gait-3.
+        - ``peaks_hz``: its peaks, largest first; empty unless the robot stayed up.
+        - ``single``: whether no other peak reaches ``SECOND_PEAK_MOST`` of the largest.
+        - ``extra_peak_hz``: the largest peak above f_0 that is no multiple of it.
+        - ``early``, ``late``: correlation of cycles 1 and 2, and of cycles 3 and 4.
     """
     gait = condition.scenario(inclination_deg).table(GaitParameters)
     cycles = [gait_of(gait).cycle(number + 1) for number in range(gait.cycles)]

@@ -165,7 +165,10 @@ def _spectral_differences(published: thesis.ThesisWalk, stayed: pd.DataFrame) ->
 
 
 def _lines(published: thesis.ThesisWalk) -> list[tuple[tuple[tuple[float, float], ...], int]]:
-    """Return the ranges of each published peak, and among how many of the largest it must be."""
+    """Return for each published peak its accepted ranges, Hz, and its lowest accepted rank.
+
+    A rank of n: it must be one of the n largest peaks.
+    """
     groups = [published.lines] if published.either else [(each,) for each in published.lines]
     counts = [1 if published.dominant else thesis.SHOWN, *[thesis.SHOWN] * len(groups)]
     return [*zip(groups, counts, strict=False)] if published.lines else []

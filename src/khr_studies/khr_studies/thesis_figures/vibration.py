@@ -84,9 +84,9 @@ def settled_cycles(
 
 
 def walked_bands(condition: Condition, inclination_deg: float, seed: int) -> dict[str, float]:
-    """Return the true pitch rate of a walk by band, deg/s, and the unrest of the ground's force.
+    """Return the true pitch rate of a walk by band, deg/s, and the variation of the ground force.
 
-    The settled cycles count, apart from each other; the mean of their powers.
+    Each settled cycle is filtered by itself; the powers of all cycles are averaged.
 
     Returns:
         The root mean square by band, and ``force``, the standard deviation of the ground's normal
