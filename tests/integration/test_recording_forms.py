@@ -168,7 +168,8 @@ def test_the_motion_of_one_of_two_robots_is_exported(robots, tmp_path):
         str(tmp_path / 'm.csv'),
     ]
     for namespace, says in (('', 'several robots; accepted: /a, /b'), ('c', 'in namespace c')):
-        done = CliRunner().invoke(app(), [*asked, '--namespace', namespace])
+        words = ['--namespace', namespace] if namespace else []
+        done = CliRunner().invoke(app(), [*asked, *words])
         assert says in str(done.exception)
     done = CliRunner().invoke(app(), [*asked, '--namespace', 'a'])
     assert done.exit_code == 0, done.output
