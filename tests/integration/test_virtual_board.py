@@ -229,7 +229,7 @@ def test_the_verbs_look_hold_and_free(scenario, tmp_path, monkeypatch):
 def test_the_time_of_a_fall_is_said_and_not_that_of_the_stop(tmp_path):
     steep = ('inclination_deg=30', 'friction=1.5', 'engine=mujoco')
     options = [word for each in steep for word in ('--set', f'simulator.{each}')]
-    place = '--link', tmp_path / 'rcb4', '--duration', 4
+    place = '--link', tmp_path / 'rcb4', '--duration', 4, '--priority', 0
     found = khr('serve', 'stand_0deg', '--ground', *place, *options)
     fell = float(re.search(r'fell after ([0-9.]+) s', found.output)[1])
     cycles = int(re.search(r'output cycles ([0-9]+)', found.output)[1])

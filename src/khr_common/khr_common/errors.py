@@ -17,11 +17,13 @@ class KhrError(Exception):
     """A user's mistake; its text is one line with name, place, value and accepted values.
 
     Args:
-        text: the line; characters of foreign names that do not fit into a line are replaced.
+        text: the line, or another error with it, as a process raises it that received one;
+            characters of foreign names that do not fit into a line are replaced.
     """
 
-    def __init__(self, text: str = '') -> None:
-        super().__init__(text if text.isprintable() else _printable(text))
+    def __init__(self, text: object = '') -> None:
+        line = str(text)
+        super().__init__(line if line.isprintable() else _printable(line))
 
     @classmethod
     def refused(cls, name: str, value: object, accepted: str) -> Self:
