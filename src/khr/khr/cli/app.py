@@ -75,24 +75,17 @@ class Command(_WithoutFlagTypes, TyperCommand):
         An empty text is refused, as that of a variable which the shell does not know, such as
         ``--board "$PORT"``, would silently mean the default.
         """
-        options = [name for each in self.params if not _is_flag(each) for name in each.opts]
-        before = ''
-        for word in () if ctx.resilient_parsing or ctx.info_name in SETTERS else args:
-            name, equals, value = word.partition('=')
-            if equals and not value and name in options and name.startswith('--'):
-                before, word = name, ''
-            if not word:
-                option = before if before in options and before.startswith('--') else ''
-                raise KhrError(
-                    f"{option or ctx.info_name}: '' is not accepted; accepted: a text with a "
-                    'character or more' + (f', or no {option}' if option else '')
-                )
-            before = word
+        if not ctx.resilient_parsing and ctx.info_name not in SETTERS:
+            given, *_ = self.make_parser(ctx).parse_args([*args])  # texts, not converted yet
+            for each in self.params:
+                texts = given.get(each.name)
+                if '' in (texts if isinstance(texts, (list, tuple)) else [texts]):
+                    option = next((name for name in each.opts if name.startswith('--')), '')
+                    raise KhrError(
+                        f"{option or ctx.info_name}: '' is not accepted; accepted: a text with a "
+                        'character or more' + (f', or no {option}' if option else '')
+                    )
         return super().parse_args(ctx, args)
-
-
-def _is_flag(parameter: Any) -> bool:
-    return bool(getattr(parameter, 'is_flag', False))
 
 
 class InterruptedVerb(Exception):
