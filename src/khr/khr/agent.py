@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import cos, isfinite, nan, pi, radians, sin, tau
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -15,6 +16,7 @@ from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
+from khr_common.checks import integer
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
 from khr_common.parameters import LARGEST
 from khr_description.robot import JOINTS
@@ -102,7 +104,7 @@ class Agent:
         return np.minimum(np.maximum(np.array(values, np.float32), -MOST), MOST)
 
 
-def checked_seed(seed: object) -> int | None:
+def checked_seed(seed: Any) -> int | None:
     """Return the seed of an episode.
 
     Raises:
@@ -110,10 +112,8 @@ def checked_seed(seed: object) -> int | None:
     """
     if seed is None:
         return None
-    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
-    if not (whole and 0 <= seed <= LARGEST):  # type: ignore[operator]
-        raise KhrError.refused('seed', seed, f'integer in [0, {LARGEST}]')
-    return int(seed)  # type: ignore[call-overload, no-any-return]
+    integer('seed', seed, 0, LARGEST)
+    return int(seed)
 
 
 def clipped(action: Sequence[float] | Observation) -> list[float]:

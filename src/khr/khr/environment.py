@@ -32,7 +32,7 @@ from khr.runs import changes_of, plain, prepared
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.checks import finite
+from khr_common.checks import finite, integer
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
@@ -226,11 +226,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         changes: dict[str, Any] = {}
         for name, value in options.items():
             if name == 'robot':
-                whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-                if not (whole and 0 <= value < len(self._robots)):
-                    raise KhrError.refused(
-                        'robot', value, f'integer in [0, {len(self._robots) - 1}]'
-                    )
+                integer('robot', value, 0, len(self._robots) - 1)
                 changes |= self._robots[int(value)]
             elif name == 'push':
                 pushes = plain(value)

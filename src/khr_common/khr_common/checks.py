@@ -55,7 +55,8 @@ def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
         raise KhrError.refused(name, value, ' | '.join(choices))
 
 
-def integer(name: str, value: int, low: int, high: int) -> None:
-    """Refuse an integer outside [low, high]."""
-    if not low <= value <= high:
+def integer(name: str, value: Any, low: int, high: int) -> None:
+    """Refuse all but an integer, of Python or NumPy, in [low, high]."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not (whole and low <= value <= high):
         raise KhrError.refused(name, value, f'integer in [{low}, {high}]')
