@@ -47,24 +47,22 @@ def check_files(out: Path, members: Path, journal: Path, config: Path) -> None:
     Args:
         out: the page; JSON and YAML files are written beside it.
         members: JSON file of the robots that fit.
-        journal, config: files that are read.
+        journal: the measured candidates; it is read and written.
+        config: the plan; it is read.
 
     Raises:
         KhrError: if one cannot be written, or would take the place of another.
     """
     check_page(out)
     check_file(members, '.json', option='--members')
-    written = [
-        path.resolve() for path in (out, out.with_suffix('.json'), out.with_suffix('.yaml'))
-    ]
+    taken = {path.resolve() for path in (out, out.with_suffix('.json'), out.with_suffix('.yaml'))}
     for option, path in (('--members', members), ('--config', config), ('--journal', journal)):
-        if path.resolve() in written:
+        if path.resolve() in taken:
             raise KhrError(
                 f'{option}: {str(path)!r} would be overwritten by another file of the command; '
                 'accepted: a name of its own'
             )
-        if path is members:
-            written.append(path.resolve())
+        taken.add(path.resolve())
 
 
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
