@@ -1,6 +1,7 @@
 """Published numbers that several packages share: of Dutta (2021), and of the makers."""
 
 GAIT_PERIOD = 2.31  # s, two steps: 154 frames of 15 ms
+GAIT_3 = 3  # number of the cycle of a walk of which the thesis shows rate and spectrum
 GAIT_FREQUENCY = 4.0 / GAIT_PERIOD  # Hz, f_0: four peaks per gait cycle
 
 STALL_TORQUE = 1.373  # N m, KRS-2552RHV at 11.1 V

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import floor, isfinite, isnan, nan
+from math import isfinite
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,16 +12,17 @@ from matplotlib.axes import Axes
 from khr_analysis.peaks import Peak
 from khr_analysis.sampling import Samples, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
+from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
+from khr_common.published import GAIT_3
 from khr_report.plots.plot_style import legend_above, write_at
 
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
-CYCLE = 3  # Gait-3, the whole cycle of a walk of which the thesis shows the spectrum
-ORDINALS = ('first', 'second', 'third')
+ORDINALS = ('first', 'second', 'third')  # whole cycles of a walk, up to Gait-3
 SHORT = 'too short for a spectrum'
 # Of a motion without a cycle: share of the power and periods in the window of a peak that is named.
 TONE_SHARE, TONE_PERIODS = 0.5, 3.0
@@ -147,46 +148,35 @@ def spectrum_of_run(
     samples = _gyro(series)
     if samples is None:
         return PartSpectrum(SHORT)
-    end, walks = samples.span[1], gait.motion == 'walk'
-    cut = 'end'
+    end, cut = samples.span[1], 'end'
     if fell_at is not None and fell_at < end:
         end, cut = fell_at, 'fall'
-    if walks:
-        length = gait.cycle_period
-        part, begin = _last_cycle(gait, end, cut)
+    if walks := gait.motion == 'walk':
+        cycles = [gait_of(gait).cycle(number + 1) for number in range(gait.cycles)]
+        whole = [each for each in cycles if each[1] <= end + 1e-6]
+        if not whole:
+            return PartSpectrum(_without_cycle(cycles, cut))
+        shown = whole[:GAIT_3]
+        (begin, stop), part = shown[-1], f'{ORDINALS[len(shown) - 1]} whole cycle of the walk'
+        if shown == whole != cycles:
+            part += f', the last before the {cut}'
     else:
-        length = parameters.window_length
-        part, begin = f'last window before the {cut}', end - length
-    chosen = within(samples, begin, begin + length)
-    if len(chosen.values) < round(length / chosen.period):
-        return PartSpectrum(part if isnan(begin) else SHORT)
+        begin, stop = end - parameters.window_length, end
+        part = f'last window before the {cut}'
+    chosen = within(samples, begin, stop)
+    if len(chosen.values) < round((stop - begin) / chosen.period):
+        return PartSpectrum(SHORT)
     parameters = replace(parameters, control_period=chosen.period)
     found = spectrum(chosen.values, parameters, chosen.start)
     return PartSpectrum(part, found, (found.peaks if walks else _tones(found))[:PEAKS_NAMED])
 
 
-def _last_cycle(gait: GaitParameters, end: float, cut: str) -> tuple[str, float]:
-    """Return the name and start (s) of the last whole cycle up to the third.
-
-    Without one, the start is NaN and the name is the reason.
-
-    Args:
-        gait: of a walk.
-        end: time of the fall or end, s.
-        cut: ``fall`` or ``end``.
-    """
-    first = gait.start_delay + 0.5 * gait.cycle_period
-    last = min(floor((end - first) / gait.cycle_period + 1e-6), gait.cycles)
-    if last < 1:
-        whole = f'no whole cycle of the walk before the {cut} (the first is over at '
-        over = f'{whole}{first + gait.cycle_period:.2f} s)'
-        return over if gait.cycles else 'the walk has no whole cycle', nan
-    number = min(last, CYCLE)
-    name = f'{ORDINALS[number - 1]} whole cycle of the walk'
-    cut_short = number == last < gait.cycles
-    return name + f', the last before the {cut}' * cut_short, first + (
-        number - 1
-    ) * gait.cycle_period
+def _without_cycle(cycles: Sequence[tuple[float, float]], cut: str) -> str:
+    """Return why a walk has no whole cycle before its ``fall`` or ``end``."""
+    if not cycles:
+        return 'the walk has no whole cycle'
+    over = cycles[0][1]
+    return f'no whole cycle of the walk before the {cut} (the first is over at {over:.2f} s)'
 
 
 def _tones(found: Spectrum) -> tuple[Peak, ...]:

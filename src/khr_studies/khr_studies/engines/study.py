@@ -20,10 +20,10 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_common.published import GAIT_3
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import GroundTruth
-from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
 from khr_studies.measuring.critical import START, Limit, check_search, limit_of_seed
 from khr_studies.measuring.run_table import measure
@@ -93,7 +93,7 @@ def measure_scenario(name: str, changes: Changes) -> Row:
         row['verdict'] = 'rode down'
     times = np.array([truth.stamp_ns / 1e9 for truth in truths])
     if gait.motion == 'walk':
-        start, end = gait_of(gait).cycle(CYCLE)
+        start, end = gait_of(gait).cycle(GAIT_3)
         inside = (times >= start - 1e-9) & (times < end - 1e-9)
         rates = np.array([truth.mean_angular_velocity[1] for truth in truths])[inside]
         for line in LINES:

@@ -16,6 +16,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
+from khr_common.published import GAIT_3
 from khr_common.rotation import Array
 from khr_models.pendulum import Pendulum
 from khr_sim.physics import engines
@@ -28,7 +29,6 @@ from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row
 
 LIMITS, ROWS = 'a limit of the scoreboard', 'a row of the scoreboard'
-CYCLE = 3  # Gait-3, the cycle of which the thesis shows the spectrum
 TIPPED = radians(25.0)  # of the torso; beyond the lean of any walk or stand
 STEP_SLIP = MonitorParameters.step_slip
 LOADED_N = MonitorParameters.load_threshold
@@ -42,7 +42,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
 
         - ``slide_mm``: slide per step; ``before_mm``, ``after_mm``: of the stance before and after.
         - ``slid_first``: whether a sole slid by a quarter of a step before the torso tipped.
-        - ``dominated``: whether more than half of the power of the true pitch rate is above 4 Hz.
+        - ``dominated``: whether more than half of the power of the true pitch rate is vibration.
         - ``amplitude_rad_s``: root mean square of the true pitch rate over Gait-3.
         - ``peaks_hz``: its peaks, largest first; empty unless the robot stayed up.
         - ``single``: whether no other peak reaches ``SECOND_PEAK_MOST`` of the largest.
@@ -83,8 +83,8 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
     }
     if not outcome.stayed_up:
         return row
-    gait_3 = of_cycles[CYCLE - 1]
-    peaks = spectrum(gait_3, FftAnalyserParameters(), cycles[CYCLE - 1][0]).peaks
+    gait_3 = of_cycles[GAIT_3 - 1]
+    peaks = spectrum(gait_3, FftAnalyserParameters(), cycles[GAIT_3 - 1][0]).peaks
     extra = (p.frequency for p in peaks if p.label == 'other' and p.frequency > F_0[1])
     return row | {
         'amplitude_rad_s': float(np.sqrt(np.mean(gait_3**2))),

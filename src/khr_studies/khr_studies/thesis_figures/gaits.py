@@ -14,9 +14,8 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array, Series
-from khr_common.published import GAIT_PERIOD
+from khr_common.published import GAIT_3, GAIT_PERIOD
 from khr_report.plots.plot_style import AT_EDGE, COLORS, head, panels, share_scale, write_at
-from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.thesis_values import LINE_HZ, walking
@@ -46,7 +45,7 @@ MARK: Look = {'marker': 'v', 'markerfacecolor': 'white', 'linewidth': 1.0}
 
 def cycle_of(run: Run) -> tuple[float, float]:
     """Return start and end of Gait-3 in s."""
-    return gait_of(run.scenario.table(GaitParameters)).cycle(CYCLE)
+    return gait_of(run.scenario.table(GaitParameters)).cycle(GAIT_3)
 
 
 def walked(run: Run) -> Series:
@@ -100,7 +99,7 @@ def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
     """Shade the whole gaits and name them."""
     for cycle in range(1, gait.cycles + 1):
         begin, end = (time - gait.start_delay for time in gait_of(gait).cycle(cycle))
-        gray = '0.85' if cycle == CYCLE else '0.96'
+        gray = '0.85' if cycle == GAIT_3 else '0.96'
         axis.axvspan(begin, end, color=gray, zorder=0, linewidth=0.0)
         write_at(axis, f'Gait-{cycle}', ((begin + end) / 2.0, 1.0), (0, -9), **AT_EDGE)
 
