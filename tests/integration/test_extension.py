@@ -128,7 +128,7 @@ from pathlib import Path
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.verify import verify
 from khr_bringup.scenario.scenario import load_scenario
-from khr_report.run.overview import CORRECTIONS, panes_of
+from khr_report.run.panes import CORRECTIONS, panes_of
 from khr_report.run.page import report
 from khr_view.controls import tunables
 from khr_view.charts.charts import charts

@@ -17,16 +17,8 @@ from khr_bringup.scenario.scenario import load_scenario
 from khr_description.robot import Robot
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents
-from khr_report.run.overview import (
-    BALANCE,
-    ESTIMATE,
-    SPECTRUM,
-    from_above,
-    note,
-    over_time,
-    overview,
-    seen,
-)
+from khr_report.run.overview import SPECTRUM, from_above, note, over_time, overview, seen
+from khr_report.run.panes import BALANCE, ESTIMATE
 from khr_report.run.recording_page import MOST_POINTS, _envelope
 from khr_report.run.spectra import (
     RANGE_DB,
