@@ -103,10 +103,10 @@ def find_tones(
 def offset(neighbours: Sequence[complex] | ComplexArray, window: Window) -> float:
     """Return how many bins a single tone lies above the middle one of three bins.
 
-    Jacobsen's estimator: the ratio below is the distance of the tone with the rectangular window,
-    whose lobe is W(x) = sin(pi x)/(pi x), and half of the distance with the Hann window, whose
-    lobe is W(x)/(1 - x^2); ``window.slope`` is the factor. The result is limited to half a bin,
-    which only noise or further tones exceed.
+    Jacobsen's estimator: the ratio below is the distance of the tone with the rectangular window
+    (lobe W(x) = sin(pi x)/(pi x)), and half of the distance with the Hann window (lobe
+    W(x)/(1 - x^2)); ``window.slope`` is the factor. The result is limited to half a bin, which
+    only noise or further tones exceed.
     """
     below, at, above = (complex(value) for value in neighbours)
     ratio = (below - above) / (2.0 * at - below - above)

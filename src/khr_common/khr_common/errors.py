@@ -17,8 +17,8 @@ class KhrError(Exception):
     """A user's mistake; its text is one line with name, place, value and accepted values.
 
     Args:
-        text: the line, or another error with it, as a process raises it that received one;
-            characters of foreign names that do not fit into a line are replaced.
+        text: the line; characters of foreign names that do not fit into a line are replaced.
+            Gymnasium passes the error of a worker process instead.
     """
 
     def __init__(self, text: object = '') -> None:

@@ -17,6 +17,7 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
+from khr_common.published import GAIT_FREQUENCY
 
 PERIOD_NS = 15_000_000
 HEIGHT = 0.25
@@ -239,6 +240,13 @@ def test_vibration_agrees_with_scipy(frequency):
     assert vibration(rates, MonitorParameters(vibration_frequency=frequency)) == pytest.approx(
         np.sqrt(np.mean(high**2)), rel=1e-12
     )
+
+
+def test_vibration_passes_the_stated_share_of_a_line_below_its_corner():
+    time = 0.015 * np.arange(10_000)
+    for multiple, share in ((1, 0.18), (2, 0.60)):
+        passed = vibration(np.sin(2.0 * np.pi * multiple * GAIT_FREQUENCY * time))
+        assert passed * np.sqrt(2.0) == pytest.approx(share, abs=0.01)
 
 
 @pytest.mark.parametrize('idle', [0, 1000])

@@ -110,7 +110,7 @@ def read_messages(
         text = ' '.join(str(error).split()) or type(error).__name__
         raise KhrError(
             f'{bag}: not a readable bag ({text}); accepted: a whole one; "khr recover" keeps '
-            'what is left of it'
+            'its whole messages'
         ) from error
     return messages
 

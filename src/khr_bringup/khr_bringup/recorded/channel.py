@@ -126,7 +126,7 @@ def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '
             f'axis: {named(wanted)} of {chosen.name} {_still(table[wanted])}; accepted: '
             f'{", ".join(f"--axis {named(name)}" for name in moving) or "a topic that changes"}'
         )
-    with np.errstate(over='ignore'):  # what is infinite then is left out and counted
+    with np.errstate(over='ignore'):  # infinite values are left out and counted
         values = table[wanted] * quantity.factor
     return Channel(
         chosen.name, chosen.kind, wanted, quantity, stamps, logs, values, frame, tuple(notes)
@@ -163,7 +163,7 @@ def _opened(path: Path) -> Iterator[Storage]:
         text = one_line(str(error)) or type(error).__name__
         raise KhrError(
             f'{path}: not a readable recording ({text}); accepted: one with whole messages; "khr '
-            'recover" keeps what is left of it'
+            'recover" keeps its whole messages'
         ) from error
 
 

@@ -36,7 +36,7 @@ def bare_title(title: str) -> str:
 
 
 def last_of_each(texts: Iterable[str]) -> list[str]:
-    """Return changes, each ``node.key=value``, without those that a later one replaces."""
+    """Return the last change of each parameter, as ``node.key=value``."""
     found: dict[str, str] = {}
     for text in texts:
         name = text.partition('=')[0]
