@@ -28,6 +28,13 @@ Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
 STATED = {
     ('gait', 'motion'): '--walk or --stand (in Python motion)',
     ('simulator', 'surface'): '--surface (in Python surface)',
+    **dict.fromkeys(
+        (('ankle_controller', 'enabled'), ('ankle_controller', 'gain')),
+        '--ka (in Python ankle_gain)',
+    ),
+    **dict.fromkeys(
+        (('hip_controller', 'enabled'), ('hip_controller', 'gain')), '--kh (in Python hip_gain)'
+    ),
 }
 Workers = Annotated[int | None, typer.Option('--workers', '--jobs')]
 
@@ -60,7 +67,7 @@ def critical(
         uphill: The robot faces uphill, and so falls backward.
         set: Change parameters of the scenario, ``node.parameter=value`` (in Python a dict of
             names and values), but not inclination, seed and initial tilt, which the search sets,
-            nor motion and surface.
+            nor motion, surface and gains.
         robot: Constants of another robot: ``leaning``, ``stiff`` or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Number of seeds of each measurement.

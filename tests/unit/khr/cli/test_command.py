@@ -74,6 +74,14 @@ def khr(monkeypatch, capsys, *arguments):
         ),
         (['view', '.', '--no-browser', '--no-record'], ['--no-record: not accepted with a rec']),
         (['fights', '--measured', '--out', 'f.csv'], ["--out: 'f.csv' is not acc", 'name in .md']),
+        (['fights', '--measured', '--bouts', '3'], ['--bouts: not accepted with --measured']),
+        (['stage3', '--measured', '--seeds', '3'], ['--seeds: not accepted with --measured']),
+        (['stage3', '--measured', '--engine', 'bullet'], ['--engine: not accepted with']),
+        (
+            ['reproduce', '--out', 'report', '--findings', 'report/scoreboard.md'],
+            ['--findings: not accepted as report/scoreboard.md'],
+        ),
+        (['critical', '--set', 'hip_controller.enabled=true'], ['enabled=True', '--kh']),
         (['lines', '--out', '.'], ["--out: '.' is a folder", 'name in .md']),
         (['critical', '--out', 'limit.txt'], ["--out: 'limit.txt'", 'name in .csv or .json']),
         (

@@ -194,6 +194,20 @@ def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
         )
 
 
+def refuse_given(options: Iterable[tuple[str, bool, str]]) -> None:
+    """Refuse the first option that is given beside others that exclude it.
+
+    Args:
+        options: name, whether it is given, and beside what.
+
+    Raises:
+        KhrError: naming the option.
+    """
+    for option, given, why in options:
+        if given:
+            raise KhrError(f'{option}: not accepted {why}')
+
+
 def refuse_offline(
     offline: bool,
     one_process: bool | None,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from khr.cli.verbs.options import ProcessesOption, SeedsOption
+from khr.cli.verbs.options import ProcessesOption, SeedsOption, refuse_given
 from khr_common.errors import KhrError
 
 # Pushes of khr push, as its options take them.
@@ -64,17 +64,17 @@ def push(
 ) -> None:
     """Find the largest push that the standing robot survives, and compare it with the model's."""
     of_search, of_study = candidates != CANDIDATES, seeds != SEEDS
-    for option, given, why in (
-        ('--search', search and not recovery, 'without --recovery'),
-        ('--measured', measured and not recovery, 'without --recovery'),
-        ('--seeds', of_study and not recovery, 'without --recovery'),
-        ('--candidates', of_search and not search, 'without --recovery --search'),
-        ('--measured', measured and search, 'with --search, which has no page'),
-        ('--seeds', of_study and search, 'with --search, which has seeds of its own'),
-        ('--seeds', of_study and measured, 'with --measured, which runs nothing'),
-    ):
-        if given:
-            raise KhrError(f'{option}: not accepted {why}')
+    refuse_given(
+        (
+            ('--search', search and not recovery, 'without --recovery'),
+            ('--measured', measured and not recovery, 'without --recovery'),
+            ('--seeds', of_study and not recovery, 'without --recovery'),
+            ('--candidates', of_search and not search, 'without --recovery --search'),
+            ('--measured', measured and search, 'with --search, which has no page'),
+            ('--seeds', of_study and search, 'with --search, which has seeds of its own'),
+            ('--seeds', of_study and measured, 'with --measured, which runs nothing'),
+        )
+    )
     from khr_studies.push import limits as push_limits
 
     if recovery:

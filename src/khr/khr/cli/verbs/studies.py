@@ -19,9 +19,13 @@ from khr.cli.verbs.options import (
     TlsOption,
     ToleranceOption,
     UnauthenticatedOption,
+    refuse_given,
     scheduler_of,
     warn_of_switched_off,
 )
+
+BOUTS, STAGE3_SEEDS = 50, 2  # defaults
+NO_RUNS = 'with --measured, which runs nothing'
 
 
 def fights(
@@ -33,7 +37,7 @@ def fights(
         typer.Option(
             min=1, help='Bouts of each combination of settings; the same command resumes.'
         ),
-    ] = 50,
+    ] = BOUTS,
     workers: ProcessesOption = None,
     measured: Annotated[
         bool,
@@ -46,6 +50,7 @@ def fights(
     from khr_studies.measuring.run_table import read_table
 
     check_page(out)
+    refuse_given([('--bouts', measured and bouts != BOUTS, NO_RUNS)])
     runs = read_table(out.with_suffix('.csv')) if measured else study.study(bouts, workers)
     print(page.write(runs, out))
 
@@ -143,7 +148,7 @@ def stage3(
     out: Annotated[
         Path, typer.Option(help='The page to write; data and plots go into the same folder.')
     ] = Path('docs/stage3.md'),
-    seeds: SeedsOption = 2,
+    seeds: SeedsOption = STAGE3_SEEDS,
     engine: EngineOption = 'mujoco',
     jobs: ProcessesOption = None,
     measured: Annotated[
@@ -158,6 +163,12 @@ def stage3(
     from khr_studies.third_stage.study import Plane, measure_plane
 
     check_page(out)
+    refuse_given(
+        (
+            ('--seeds', measured and seeds != STAGE3_SEEDS, NO_RUNS),
+            ('--engine', measured and engine != 'mujoco', NO_RUNS),
+        )
+    )
     kept = out.with_suffix('.csv')
     plane = Plane.read(kept) if measured else measure_plane(seeds, engine, jobs)
     print(page.write(plane, compare_with_model(plane), out))

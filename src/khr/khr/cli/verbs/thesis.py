@@ -20,6 +20,7 @@ from khr.cli.verbs.options import (
     ToleranceOption,
     TopicOption,
     recording_named,
+    refuse_given,
 )
 from khr_common.errors import KhrError
 from khr_sim.physics import engines
@@ -100,6 +101,8 @@ def reproduce(
     asked = parse_plan(only, fast, engine)
     if findings:
         check_page(findings, '--findings')
+        over = findings.resolve() == (out / 'scoreboard.md').resolve()
+        refuse_given([('--findings', over, f'as {findings}, which will be the scoreboard')])
     try:
         results = run_all(asked, out, workers)
     except KeyboardInterrupt:
