@@ -61,8 +61,7 @@ class MonitorParameters:
     )
     vibration_frequency: float = parameter(
         4.0,
-        'Corner of the high-pass (Butterworth, second order) behind which the pitch rate is vibration; '
-        'it passes 60 % of a line at 3.5 Hz.',
+        'Corner of the high-pass (Butterworth, order 16) behind which the pitch rate is vibration.',
         '[0.1, 15] Hz',
     )
     motion_end: float = parameter(
