@@ -139,12 +139,14 @@ class PendingChanges:
     """Requested changes: one request per parameter at a time, then its newest value.
 
     A dragged slider sends requests faster than a node answers. Its earlier values must not come
-    back as changes by other clients, or the slider would jump.
+    back as changes by other clients, or the slider would jump: not even after the answer, for a
+    node reports its changes later, and none that it has changed again within a control period.
     """
 
     def __init__(self) -> None:
         self._next: dict[tuple[str, str], Value] = {}
         self._sent: set[tuple[str, str]] = set()
+        self._unreported: dict[tuple[str, str], list[Value]] = {}  # sent values, in their order
 
     def ask(self, key: tuple[str, str], value: Value) -> None:
         """Store the newest requested value."""
@@ -158,13 +160,26 @@ class PendingChanges:
             if key[0] in nodes and key not in self._sent
         }
         self._sent |= ready.keys()
-        for key in ready:
+        for key, value in ready.items():
             del self._next[key]
+            self._unreported.setdefault(key, []).append(value)
         return ready
 
     def answered(self, key: tuple[str, str]) -> None:
         """Note that a node has answered."""
         self._sent.discard(key)
+
+    def refused(self, key: tuple[str, str]) -> None:
+        """Note that the value sent last was refused: no report of it comes."""
+        if sent := self._unreported.get(key):
+            sent.pop()
+
+    def is_own(self, key: tuple[str, str], value: Value) -> bool:
+        """Return whether a reported change was requested here; forget it and all before it."""
+        sent = self._unreported.get(key, [])
+        found = value in sent
+        del sent[: sent.index(value) + 1 if found else None]
+        return found
 
     def __contains__(self, key: object) -> bool:
         return key in self._next or key in self._sent

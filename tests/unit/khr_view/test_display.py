@@ -1,6 +1,7 @@
 """The whole page without a browser: what is drawn and what its controls do."""
 
 from itertools import product
+from threading import Event
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import charts
 from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import Traces
+from khr_view.controls import Control, tunables
 from khr_view.guard import listen
 from khr_view.model.scene import SnapshotBuilder
 from khr_view.page.display import VIEWS, Display
@@ -46,6 +48,29 @@ def panel(display):
 def button(panel, name):
     found = getattr(panel, f'_{name}')
     return found.label, not found.disabled
+
+
+def test_an_older_value_does_not_move_a_control_that_the_reader_has_just_changed(panel, display):
+    changed, done = [], Event()
+    gain = next(each for each in tunables() if each.key == ('ankle_controller', 'gain'))
+    panel.begin(SimpleNamespace(change=lambda *change: changed.append(change)), None)
+    panel.add(Control(gain, 12.0, 'hint', minimum=0.0, maximum=60.0))
+    slider = panel._handles[gain.key]
+
+    def shown(value):
+        panel.show_value(gain, value)
+        display.server.get_event_loop().call_soon_threadsafe(done.set)
+        assert done.wait(5.0)
+        done.clear()
+        return slider.value
+
+    assert shown(12.5) == 12.5
+    slider.value = 14.0
+    panel._change(gain, 14.0)
+    assert shown(13.0) == 14.0 and not changed
+    display.act()
+    assert changed == [(gain, 14.0)]
+    assert shown(13.0) == 13.0
 
 
 @pytest.mark.slow

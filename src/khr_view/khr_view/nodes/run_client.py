@@ -127,6 +127,7 @@ class RunClient:
         client = self._clients[tunable.place]
         if not client.services_are_ready():
             self._pending.answered(tunable.key)
+            self._pending.refused(tunable.key)
             self._refused(f'{tunable.place}: no such node in the run')
             return
         future = client.set_parameters([Parameter(tunable.name, value=value)])
@@ -136,6 +137,7 @@ class RunClient:
             (result,) = future.result().results
             self._refused('' if result.successful else f'{tunable.place}: {result.reason}')
             if not result.successful:
+                self._pending.refused(tunable.key)
                 self._restore(tunable)
 
         future.add_done_callback(answered)
@@ -154,7 +156,9 @@ class RunClient:
         """
         for change in changes:
             tunable = self._by_key.get((full_name(robot, change.node), change.parameter))
-            if tunable is not None and tunable.key not in self._pending:
+            if tunable is None or self._pending.is_own(tunable.key, change.value):
+                continue
+            if tunable.key not in self._pending:
                 self._changed(tunable, _checked(tunable, change.value))
 
 

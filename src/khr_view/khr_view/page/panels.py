@@ -48,9 +48,23 @@ def on_user_input(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, 
     return on_update
 
 
-def give_value(server: Any, control: Any, value: Any) -> None:
-    """Set the value of a control, but not between a user's change and its callback."""
-    server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)
+def give_value(
+    server: Any, control: Any, value: Any, still: Callable[[], bool] = lambda: True
+) -> None:
+    """Set the value of a control, but not between a user's change and its callback.
+
+    Args:
+        server: viser's.
+        control: that gets the value.
+        value: its new one.
+        still: whether the value is still to be set, asked in the thread of the callbacks.
+    """
+
+    def give() -> None:
+        if still():
+            control.value = value
+
+    server.get_event_loop().call_soon_threadsafe(give)
 
 
 @dataclass(frozen=True)
@@ -85,6 +99,7 @@ class LivePanel:
         self._server, self._later = server, later
         self._gui = gui = server.gui
         self._handles: dict[tuple[str, str], Any] = {}
+        self._queued: list[tuple[str, str]] = []  # changes by the reader; two threads use it
         self._folders: dict[str, Any] = {}
         self._paused, self._going, self._pausable = False, False, True
         self._pause = gui.add_button(PAUSE[False], icon='player-pause', disabled=True)
@@ -160,11 +175,17 @@ class LivePanel:
         with self._folders[control.tunable.group]:
             handle = self._make(control)
         self._handles[key] = handle
-        handle.on_update(
-            on_user_input(
-                lambda value: self._later(lambda: self._owner.change(control.tunable, value))
-            )
-        )
+        handle.on_update(on_user_input(lambda value: self._change(control.tunable, value)))
+
+    def _change(self, tunable: Tunable, value: Value) -> None:
+        def act() -> None:
+            try:
+                self._owner.change(tunable, value)
+            finally:
+                self._queued.remove(tunable.key)
+
+        self._queued.append(tunable.key)
+        self._later(act)
 
     def show_sync(self, sync: str) -> None:
         """Show the control of the speed that acts in this mode."""
@@ -174,10 +195,10 @@ class LivePanel:
                 handle.visible = mode == sync
 
     def show_value(self, tunable: Tunable, value: Value) -> None:
-        """Move a control to the value that its parameter has."""
+        """Move a control to the value of its parameter, unless the reader has just changed it."""
         handle = self._handles.get(tunable.key)
         if handle is not None:
-            give_value(self._server, handle, value)
+            give_value(self._server, handle, value, lambda: tunable.key not in self._queued)
 
     def _make(self, control: Control) -> Any:
         # Nodes answer in any order.
