@@ -2,6 +2,7 @@
 
 import csv
 import math
+import shutil
 import subprocess
 from dataclasses import replace
 
@@ -172,7 +173,8 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     assert again.stdout == first.stdout
     found = read_store(tmp_path / 'interrupted', CANDIDATE.validate_python)[1]
     assert sorted(found, key=str) == sorted(robots, key=str)
-    refused = calibrate('plan.yaml')
+    shutil.copy(tmp_path / 'plan.yaml', tmp_path / 'other')
+    refused = calibrate('other')
     assert refused.returncode == 2 and 'not a journal' in refused.stderr
 
 
