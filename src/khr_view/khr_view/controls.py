@@ -165,13 +165,10 @@ class PendingChanges:
             self._unreported.setdefault(key, []).append(value)
         return ready
 
-    def answered(self, key: tuple[str, str]) -> None:
-        """Note that a node has answered."""
+    def answered(self, key: tuple[str, str], accepted: bool = True) -> None:
+        """Note that a node has answered; of a value that it refuses no report comes."""
         self._sent.discard(key)
-
-    def refused(self, key: tuple[str, str]) -> None:
-        """Note that the value sent last was refused: no report of it comes."""
-        if sent := self._unreported.get(key):
+        if not accepted and (sent := self._unreported.get(key)):
             sent.pop()
 
     def is_own(self, key: tuple[str, str], value: Value) -> bool:

@@ -66,21 +66,19 @@ def test_the_newest_value_always_arrives_and_one_request_is_under_way_at_a_time(
 def test_reports_of_requested_changes_are_told_from_those_of_other_clients():
     pending, key = PendingChanges(), ('node', 'gain')
 
-    def send(value):
+    def send(value, accepted=True):
         pending.ask(key, value)
         pending.due(nodes={'node'})
-        pending.answered(key)
+        pending.answered(key, accepted)
 
     for value in (12.5, 13.0, 13.5, 14.0):
         send(value)
     assert [pending.is_own(key, value) for value in (12.5, 13.0, 14.0)] == [True] * 3
     assert not pending.is_own(key, 13.5), 'that of another client: older requests are reported'
-    send(99.0)
-    pending.refused(key)
+    send(99.0, accepted=False)
     assert not pending.is_own(key, 99.0)
     send(15.0)
     assert not pending.is_own(key, 20.0) and not pending.is_own(key, 15.0)
-    pending.refused(key)
 
 
 def test_robots_of_a_bout_have_controllers_apart_and_one_simulator():

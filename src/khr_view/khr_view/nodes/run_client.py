@@ -126,27 +126,26 @@ class RunClient:
     def _send(self, tunable: Tunable, value: Value) -> None:
         client = self._clients[tunable.place]
         if not client.services_are_ready():
-            self._pending.answered(tunable.key)
-            self._pending.refused(tunable.key)
+            self._pending.answered(tunable.key, accepted=False)
             self._refused(f'{tunable.place}: no such node in the run')
             return
         future = client.set_parameters([Parameter(tunable.name, value=value)])
 
         def answered(future: Any) -> None:
-            self._pending.answered(tunable.key)
             (result,) = future.result().results
+            self._pending.answered(tunable.key, result.successful)
             self._refused('' if result.successful else f'{tunable.place}: {result.reason}')
             if not result.successful:
-                self._pending.refused(tunable.key)
                 self._restore(tunable)
 
         future.add_done_callback(answered)
 
     def _restore(self, tunable: Tunable) -> None:
-        future = self._clients[tunable.place].get_parameters([tunable.name])
-        future.add_done_callback(
-            lambda future: self._changed(tunable, value_of(future.result().values[0]))
-        )
+        def read(future: Any) -> None:
+            if tunable.key not in self._pending:  # the reader has changed it again
+                self._changed(tunable, value_of(future.result().values[0]))
+
+        self._clients[tunable.place].get_parameters([tunable.name]).add_done_callback(read)
 
     def on_changes(self, changes: Iterable[Change], robot: str = '') -> None:
         """Take the changes that nodes report, in a bout those of one robot.
