@@ -25,16 +25,14 @@ if TYPE_CHECKING:
 
 Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
 # Parameters with an option of their own, which the title of a limit names.
+KA, KH = '--ka (in Python ankle_gain)', '--kh (in Python hip_gain)'
 STATED = {
     ('gait', 'motion'): '--walk or --stand (in Python motion)',
     ('simulator', 'surface'): '--surface (in Python surface)',
-    **dict.fromkeys(
-        (('ankle_controller', 'enabled'), ('ankle_controller', 'gain')),
-        '--ka (in Python ankle_gain)',
-    ),
-    **dict.fromkeys(
-        (('hip_controller', 'enabled'), ('hip_controller', 'gain')), '--kh (in Python hip_gain)'
-    ),
+    ('ankle_controller', 'enabled'): KA,
+    ('ankle_controller', 'gain'): KA,
+    ('hip_controller', 'enabled'): KH,
+    ('hip_controller', 'gain'): KH,
 }
 Workers = Annotated[int | None, typer.Option('--workers', '--jobs')]
 

@@ -114,8 +114,8 @@ def physics_digest(plan: CalibrationPlan, engine: str) -> str:
     for probe in PROBES:
         result = run_offline(probe.scenario(PROBED_DEG, 0).changed(dict(settings)))
         one = result.outcome
-        slips, vibration = (one.largest_slip, one.slides.per_step), f'{one.vibration:.6f}'
-        numbers = (one.verdict, one.stayed_up, *slips, vibration)
+        vibration = f'{one.vibration:.6f}'
+        numbers = (one.verdict, one.stayed_up, one.largest_slip, one.slides.per_step, vibration)
         digest.update(f'{result.trajectory_hash} {numbers}\n'.encode())
     return digest.hexdigest()[:16]
 
