@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, degrees, hypot, inf, isfinite, radians
+from math import cos, degrees, hypot, inf, isfinite, radians
 from typing import Literal, NamedTuple
 
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
@@ -23,7 +23,7 @@ from khr_common.interfaces import (
     TRUE_RATE,
     TRUE_SOLES,
 )
-from khr_common.rotation import Vector, dot, matrix
+from khr_common.rotation import Vector, dot, matrix, pitch_of
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 SensedVerdict = Literal['fell', 'upright']
@@ -113,7 +113,8 @@ class Outcome(NamedTuple):
         distance: of the torso along the surface, in the direction the left sole pointed at the
             start, m; negative if backward.
         lateral_drift: of the torso across that direction, to the left, m.
-        largest_pitch: largest angle of the torso from the vertical, in pitch, either way, rad.
+        largest_pitch: largest lean of the torso from the vertical, forward or backward in its own
+            heading, rad.
         slip_distance: net slip of the loaded soles, over both feet and all steps, m. It falls
             while a sole slides back, so it may end below ``largest_slip``. A sole counts by its
             share of the load, so a robot that slides on both feet has slid as far as they did, and
@@ -211,7 +212,7 @@ class OutcomeMonitor:
             )
         if self._start is None:
             self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
-        self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
+        self._largest_pitch = max(self._largest_pitch, abs(pitch_of(*turn)))
         self._vibration.add(time, rate)
         normal = [signals[topic][2] for topic in TRUE_FORCES]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]

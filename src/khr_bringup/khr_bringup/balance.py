@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, nan, sin, sqrt, tan
+from math import cos, nan, sin, sqrt, tan
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from khr_common.rotation import Array, matrix
+from khr_common.rotation import Array, heading_of, matrix
 from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, corners
@@ -25,7 +25,7 @@ LOADED = 1.0  # N on a sole from which on it supports
 class Margins(NamedTuple):
     """Places along the ground, m ahead of the middle between heel edge and toe edge.
 
-    Ahead is the heading of the robot, see :func:`heading_of`.
+    Ahead is the heading of the robot, see :func:`khr_common.rotation.heading_of`.
     """
 
     center: float  # of mass, projected vertically onto the slope
@@ -168,30 +168,6 @@ def balances_of(
             model.at(pose, joints, inclination, forces, before, period) if known else None
         )
     return found
-
-
-def heading_of(x: float, y: float, z: float, w: float) -> float:
-    """Return the heading, rad, of a robot given the quaternion of its base; 0 is along x of odom.
-
-    It is the yaw about the vertical that is left when the tilt is undone the shortest way. A robot
-    that topples in any direction therefore keeps the heading of its stance, where the yaw of
-    roll-pitch-yaw angles turns over at a pitch of 90 deg. Only a robot upside down has none. On a
-    slope it equals the angle about the normal of the ground of a robot that stands normal to it.
-    The legs have no yaw joint: the soles head where the base does.
-    """
-    return 2.0 * atan2(z, w)
-
-
-def pitch_of(x: float, y: float, z: float, w: float) -> float:
-    """Return the lean, rad, of a robot given the quaternion of its base.
-
-    It is the angle from the vertical to the robot's own vertical axis, seen from the left of its
-    heading; forward is positive.
-    """
-    heading = heading_of(x, y, z, w)
-    along_x, along_y = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
-    ahead = cos(heading) * along_x + sin(heading) * along_y
-    return atan2(ahead, 1.0 - 2.0 * (x * x + y * y))
 
 
 def _axes(heading: float, inclination: float) -> Array:

@@ -130,3 +130,27 @@ def turned(before: Sequence[float], after: Sequence[float]) -> Vector:
         return 0.0, 0.0, 0.0
     scale = 2.0 * (atan2(size, w) if w >= 0.0 else atan2(-size, -w)) / size
     return scale * x, scale * y, scale * z
+
+
+def heading_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the heading, rad, of a robot given the quaternion of its base; 0 is along x of odom.
+
+    It is the yaw about the vertical that is left when the tilt is undone the shortest way. A robot
+    that topples in any direction therefore keeps the heading of its stance, where the yaw of
+    roll-pitch-yaw angles turns over at a pitch of 90 deg. Only a robot upside down has none. On a
+    slope it equals the angle about the normal of the ground of a robot that stands normal to it.
+    The legs have no yaw joint: the soles head where the base does.
+    """
+    return 2.0 * atan2(z, w)
+
+
+def pitch_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the lean, rad, of a robot given the quaternion of its base.
+
+    It is the angle from the vertical to the robot's own vertical axis, seen from the left of its
+    heading; forward is positive.
+    """
+    heading = heading_of(x, y, z, w)
+    along_x, along_y = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
+    ahead = cos(heading) * along_x + sin(heading) * along_y
+    return atan2(ahead, 1.0 - 2.0 * (x * x + y * y))

@@ -33,6 +33,7 @@ class Seen:
     height: float = HEIGHT
     lean: float = 0.0  # of the torso from the vertical, about +y
     roll: float = 0.0
+    heading: float = 0.0
     rate: float = 0.0
     feet: tuple = ((0.0, 0.04, 0.0), (0.0, -0.04, 0.0))  # forward, left, up from the surface
     foot_pitch: tuple = (0.0, 0.0)  # against the surface
@@ -45,7 +46,7 @@ class Seen:
     def signals(self):
         """What the topics of the truth carry of it."""
         x, y, z = self._place(self.forward, self.left, 0.0).tolist()
-        turn = Rotation.from_euler('yx', (self.lean, self.roll)).as_quat()
+        turn = Rotation.from_euler('ZYX', (self.heading, self.lean, self.roll)).as_quat()
         soles = [
             number
             for foot, pitch in zip(self.feet, self.foot_pitch, strict=True)
@@ -200,6 +201,13 @@ def test_a_robot_that_rises_within_the_fall_time_has_not_fallen(samples, verdict
     assert outcomes[-1].verdict == verdict
     assert outcomes[-1].fell_at == (None if verdict == 'stood' else pytest.approx(0.15))
     assert outcomes[-1].largest_pitch == pytest.approx(1.0), 'from the vertical'
+
+
+@given(st.floats(-3.1, 3.1))
+def test_the_largest_pitch_is_that_in_the_heading_of_the_robot(heading):
+    run = [Seen(heading=heading), Seen(heading=heading, lean=-0.3)]
+    assert judged(run)[-1].largest_pitch == pytest.approx(0.3)
+    assert judged([replace(run[0], roll=0.3)])[-1].largest_pitch == pytest.approx(0.0, abs=1e-9)
 
 
 def test_sinking_to_the_ground_is_a_fall_and_walking_downhill_is_not():

@@ -4,9 +4,9 @@ from math import isnan, pi, sqrt
 
 import pytest
 
-from khr_bringup.balance import BalanceModel, pitch_of
+from khr_bringup.balance import BalanceModel
 from khr_common.interfaces import JOINTS
-from khr_common.rotation import matrix, pitched, quaternion, rotated
+from khr_common.rotation import matrix, pitch_of, pitched, quaternion, rotated
 from khr_description.robot import Robot
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.run_parameters import RunParameters

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
-from khr_bringup.balance import pitch_of
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
@@ -30,6 +29,7 @@ from khr_common.interfaces import (
     TRUE_SOLES,
     Topic,
 )
+from khr_common.rotation import pitch_of
 from khr_common.stamps import SYSTEM_TIME
 
 Stamps = NDArray[np.int64]

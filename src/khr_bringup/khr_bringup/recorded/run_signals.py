@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
-from khr_bringup.balance import BalanceSeries, pitch_of
+from khr_bringup.balance import BalanceSeries
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers, table_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_STATES, JOINTS, RECOVERY_STATE, REGIONS, STAGE, TRUE_POSE
+from khr_common.rotation import pitch_of
 from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:

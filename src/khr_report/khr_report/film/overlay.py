@@ -11,13 +11,13 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.balance import Balance, BalanceModel, pitch_of
+from khr_bringup.balance import Balance, BalanceModel
 from khr_bringup.changes import Change
 from khr_bringup.recorded.run_signals import constant_parts
 from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.rotation import Array, matrix, pitched
+from khr_common.rotation import Array, matrix, pitch_of, pitched
 from khr_description.robot import Robot
 from khr_report.film.scene import Frame
 from khr_sim.physics.camera import Camera

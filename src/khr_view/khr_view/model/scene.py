@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_bringup.balance import Balance, BalanceModel, pitch_of
+from khr_bringup.balance import Balance, BalanceModel
 from khr_common.block import Numbers, Signals
 from khr_common.interfaces import (
     FOOT_FORCES,
@@ -19,7 +19,7 @@ from khr_common.interfaces import (
     TRUE_POSE,
     Topic,
 )
-from khr_common.rotation import Array
+from khr_common.rotation import Array, pitch_of
 from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
 from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
