@@ -10,11 +10,14 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from io import TextIOWrapper
+from pathlib import Path
 from threading import Timer
 from typing import Any, NoReturn
 
 from khr_common.arithmetic import enter
 from khr_common.errors import INTERRUPTED
+
+FAST_DDS = 'rmw_fastrtps_cpp'
 
 
 def main() -> None:
@@ -25,6 +28,7 @@ def main() -> None:
     """
     _open_closed_streams()
     enter()
+    _check_middleware()
     atexit.register(_end)  # before all others, so that it is called last
     _handle_signals(_exit_at_once)  # nothing has started yet
     try:
@@ -76,6 +80,23 @@ def _open_closed_streams() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest number is free
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, 'w' if number else 'r', closefd=False))
+
+
+def _check_middleware() -> None:
+    """Exit if ``RMW_IMPLEMENTATION`` names a middleware that is not there.
+
+    The library of rclpy would end the process while it is imported. A variable that was exported
+    for a sourced ROS installation also reaches the rclpy of a virtual environment.
+    """
+    wanted = os.environ.get('RMW_IMPLEMENTATION') or FAST_DDS
+    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(':')
+    if wanted != FAST_DDS and not any(
+        Path(p, 'lib', f'lib{wanted}.so').exists() for p in prefixes
+    ):
+        _leave(
+            f'RMW_IMPLEMENTATION: {wanted!r} is not installed; accepted: {FAST_DDS}, or unset it',
+            2,
+        )
 
 
 _interrupted: list[int] = []  # signals received

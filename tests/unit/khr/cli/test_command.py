@@ -132,6 +132,22 @@ def test_a_closed_stream_is_no_error(tmp_path, closed):
     assert (done.returncode, done.stderr) == (0, b'')
 
 
+def test_a_middleware_that_is_not_installed_is_refused_before_rclpy_ends_the_process(tmp_path):
+    def scenarios_with(**given):
+        return subprocess.run(
+            [*KHR, 'scenarios'], check=False, capture_output=True, text=True,
+            env={**os.environ, 'RMW_IMPLEMENTATION': 'rmw_other_cpp', **given},
+        )  # fmt: skip
+
+    refused = scenarios_with()
+    assert refused.returncode == 2 and refused.stderr.count('\n') == 1
+    assert "RMW_IMPLEMENTATION: 'rmw_other_cpp' is not installed; accepted: " in refused.stderr
+    assert scenarios_with(RMW_IMPLEMENTATION='').returncode == 0
+    (tmp_path / 'lib').mkdir()
+    (tmp_path / 'lib' / 'librmw_other_cpp.so').touch()
+    assert 'is not installed' not in scenarios_with(AMENT_PREFIX_PATH=f'/none:{tmp_path}').stderr
+
+
 def test_without_a_verb_there_is_help(monkeypatch, capsys):
     code, out, err = khr(monkeypatch, capsys)
     assert (code, err) == (2, '') and 'The real robot' in out
