@@ -45,13 +45,14 @@ WINDOWS = {
 class Peak:
     """One tone: ``amplitude * cos(2 pi frequency (t - start) + phase)``, in Hz and rad.
 
-    ``label`` is ``f_0``, ``harmonic n`` or ``other``.
+    ``label`` is ``f_0``, ``harmonic n`` or ``other``; ``bin`` the index of the local maximum.
     """
 
     frequency: float
     amplitude: float
     phase: float
     label: str
+    bin: int
 
     @property
     def amplitude_deg(self) -> float:
@@ -95,6 +96,7 @@ def find_tones(
                 float(abs(transform[k])) / window.lobe(delta),
                 float(np.angle(np.exp(1j * phase))),
                 label(frequency, fundamental, spacing),
+                k,
             )
         )
     return tuple(sorted(tones, key=lambda tone: -tone.amplitude)[:count])

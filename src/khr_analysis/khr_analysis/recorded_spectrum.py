@@ -59,9 +59,8 @@ def recorded_spectrum(samples: Samples, begin: float = -inf, end: float = inf) -
     )
     found = spectrum(part.values - (slope * place + level), parameters, part.start)
     noise = np.maximum(_noise(found.amplitude), ROUNDING * float(np.ptp(part.values)))
-    spacing = 1.0 / (size * part.period)
     above = found.amplitude > noise
-    peaks = tuple(peak for peak in found.peaks if above[round(peak.frequency / spacing)])
+    peaks = tuple(peak for peak in found.peaks if above[peak.bin])
     length = size * part.period
     limit = f'Highest frequency {part.highest:.4g} Hz'
     if not part.resampled:

@@ -118,7 +118,7 @@ class Spectrum:
         phase: of the bins, rad, (n,): the phase of a cosine that starts with the window; NaN where
             the amplitude is below the threshold.
         peaks: the largest first. A pure tone reads true on a bin; between bins, from the fourth
-            bin on, within 8 % in amplitude and 0.01 bins in frequency with the rectangular
+            bin on, within 8 % in amplitude and 0.04 bins in frequency with the rectangular
             window, within 0.2 % and 0.001 bins with the Hann window (found by sweeping tones over
             frequency and phase). The error comes from the tone's mirror image below 0 Hz; without
             a window its lobe falls off slowly.

@@ -207,3 +207,12 @@ def test_a_part_is_cut_at_its_times():
     samples = even_samples(ns(np.arange(100) / 10.0), np.arange(100.0))
     part = within(samples, 2.0, 3.0)
     assert part.values.tolist() == [*range(20, 30)] and part.start == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize('seed', [142, 335, 567])
+def test_a_line_half_a_bin_above_the_last_one_is_given(seed):
+    """Its frequency rounds to a bin that the spectrum no longer has."""
+    draw = np.random.default_rng(seed)
+    times = np.cumsum(draw.uniform(0.007, 0.013, 200))
+    lines, _ = peaks_of(ns(times), draw.normal(size=200))
+    assert all(0.0 < frequency < 50.0 for frequency, _ in lines)
