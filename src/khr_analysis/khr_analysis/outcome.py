@@ -27,7 +27,7 @@ from khr_common.rotation import Vector, dot, matrix, pitch_of
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 SensedVerdict = Literal['fell', 'upright']
-RIDES = 0.056  # m, the length of a step: a sole that slides further at once slides down the slope
+RIDES = 0.056  # m, the length of a step: a robot that slides further at once slides down the slope
 OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # inputs of the monitor
 SENSED = (GYRO, *FOOT_FORCES)  # inputs without a ground truth
 
@@ -52,8 +52,8 @@ class MonitorParameters:
     )
     step_slip: float = parameter(
         0.014,
-        'Slide of one sole in one time on the ground from which on the robot has slipped; '
-        'the default is a quarter of its step of 56 mm.',
+        'Slide of one sole in one ground contact, by its share of the load, from which on the '
+        'robot has slipped; the default is a quarter of its step of 56 mm.',
         '[0.0001, 1] m',
     )
     load_threshold: float = parameter(
@@ -66,7 +66,8 @@ class MonitorParameters:
     )
     motion_end: float = parameter(
         0.0,
-        'End of the motion, after which vibration is not averaged; 0 averages over the whole run. '
+        'End of the motion with its end pause, after which vibration is not averaged; 0 averages '
+        'over the whole run. '
         'khr makes it the end of a walk or leg lift unless the scenario states it.',
         '[0, 1e+06] s',
     )
@@ -88,8 +89,8 @@ class MonitorParameters:
     )
     fall_time: float = parameter(
         0.3,
-        'Time that the robot must stay down; a bow or a hop that it stands up from sooner is no '
-        'fall. By the sensors: time without load.',
+        'Time that the robot must stay down; a robot that rises sooner has not '
+        'fallen. By the sensors: time without load.',
         '[0, 10] s',
     )
     control_period: float = sample_period(maximum=0.03)
@@ -119,7 +120,7 @@ class Outcome(NamedTuple):
             while a sole slides back, so it may end below ``largest_slip``. A sole counts by its
             share of the load, so a robot that slides on both feet has slid as far as they did, and
             a foot dragged along before it lifts off counts next to nothing.
-        largest_slip: largest slip of one sole in one ground contact, m.
+        largest_slip: largest slip of one sole in one ground contact, by its share of the load, m.
         vibration: root mean square of the pitch rate above the corner frequency until the end of
             the motion, rad/s.
         slides: per step of a walk, and in the stance before and after it.
@@ -143,8 +144,11 @@ class Outcome(NamedTuple):
 
     @property
     def stayed_up(self) -> bool:
-        """Return whether the robot neither fell nor slid down the slope on its soles."""
-        return not self.fell and self.largest_slip <= RIDES
+        """Return whether the robot neither fell nor slid down the slope on its soles.
+
+        It slides down if one sole slides by a step, or the robot in the stance that ends the run.
+        """
+        return not self.fell and max(self.largest_slip, self.slides.last) <= RIDES
 
     @property
     def largest_pitch_deg(self) -> float:

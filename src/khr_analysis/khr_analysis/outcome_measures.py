@@ -22,7 +22,8 @@ class SoleSlip:
     trembling on the spot does not add up.
 
     Attributes:
-        largest: largest displacement so far in one ground contact, m.
+        largest: largest displacement so far in one ground contact, by the share of the load, m. On
+            both feet it is half of the way of a sole; a foot that bounces begins another contact.
     """
 
     def __init__(self) -> None:
@@ -61,16 +62,24 @@ class SoleSlip:
 
 
 class Slides(NamedTuple):
-    """Distances that the soles slid in a walk, and in the stance before and after it, m."""
+    """Slides in a walk, and in the stance before and after it, m.
 
-    # of the sole that slid further, until the first foot lifts off; of a run without a step all of
-    # it
+    Each sole counts by its share of the load; in the stance both count together, so that a robot
+    that slides on both feet has slid as far as they did.
+    """
+
+    # until the first foot lifts off; of a run without a step all of it
     before: float = 0.0
     # mean over the steps, each the net slip of one foot in one ground contact, from the first
     # lift-off to the last touchdown
     per_step: float = 0.0
-    after: float = 0.0  # of the sole that slid further, since the last foot touched down
+    after: float = 0.0  # since the last foot touched down
     steps: int = 0  # number of steps
+
+    @property
+    def last(self) -> float:
+        """Return the slide in the stance that the run ended in, m."""
+        return self.after if self.steps else self.before
 
 
 class StepSlides:
@@ -109,20 +118,24 @@ class StepSlides:
                 self._lift_off(foot)
 
     @property
+    def _together(self) -> float:
+        """Return the slide of both soles since the last touchdown, or since the start."""
+        return _length(_less(self._slides, self._at_touchdown))
+
+    @property
     def slides(self) -> Slides:
         """Return the slides, as if this were the last sample."""
         if self._before is None:
-            return Slides(before=_longest(self._slides))
+            return Slides(before=self._together)
         total, count = self._sum, self._count
         if self._standing is not None:
             total, count = total + hypot(*self._at_touchdown[self._standing]), count + 1
-        after = _longest(_less(self._slides, self._at_touchdown))
-        return Slides(self._before, total / count if count else 0.0, after, count)
+        return Slides(self._before, total / count if count else 0.0, self._together, count)
 
     def _lift_off(self, foot: int) -> None:
         then = self._at_unloading[foot]
         if self._before is None:
-            self._before = _longest(then)
+            self._before = _length(then)
             self._slides = _less(self._slides, then)
             self._at_unloading = [_less(slides, then) for slides in self._at_unloading]
         else:
@@ -211,8 +224,9 @@ def _less(first: Pair, second: Pair) -> Pair:
     return _plus(first, ((-ax, -ay, -az), (-bx, -by, -bz)))
 
 
-def _longest(slides: Pair) -> float:
-    return max(hypot(*slides[0]), hypot(*slides[1]))
+def _length(slides: Pair) -> float:
+    """Return the distance that both soles slid together."""
+    return hypot(*_sum(*slides))
 
 
 def _across(

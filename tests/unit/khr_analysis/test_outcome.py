@@ -128,8 +128,8 @@ def test_slides_of_the_steps_are_told_from_those_of_the_stance_before_and_after(
     walked = list(walk(slide=0.008))
     start = list(stance(walked[0], -0.03))[::-1]
     outcome = judged([*start, *walked, *stance(walked[-1], 0.01)])[-1]
-    assert outcome.slides.before == pytest.approx(0.015)
-    assert outcome.slides.after == pytest.approx(0.005)
+    assert outcome.slides.before == pytest.approx(0.03), 'of both soles, each by half the load'
+    assert outcome.slides.after == pytest.approx(0.01)
     assert outcome.slides.steps == 8
     assert outcome.slides.per_step == pytest.approx(0.008 * 19.5 / 20), 'the mean of net ways'
     assert outcome.largest_slip > outcome.slides.per_step, 'it counts the stance as well'
@@ -156,7 +156,21 @@ def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
     assert outcome.distance == pytest.approx(0.3)
     assert outcome.slip_distance == pytest.approx(0.3)
     assert outcome.largest_slip == pytest.approx(0.15)  # half the load
-    assert outcome.slides == (pytest.approx(0.15), 0.0, 0.0, 0), 'all of it before a step'
+    assert outcome.slides == (pytest.approx(0.3), 0.0, 0.0, 0), 'all of it before a step'
+
+
+@pytest.mark.parametrize(('slide', 'stays'), [(0.05, True), (0.07, False)])
+@pytest.mark.parametrize('walks', [False, True])
+def test_a_robot_that_slides_by_a_step_on_both_feet_is_not_up_even_if_it_bounces(
+    slide, stays, walks
+):
+    first = [*walk()] if walks else []
+    sliding = list(stance(first[-1] if walks else Seen(), slide, 61))
+    for at in range(5, 61, 10):
+        sliding[at] = replace(sliding[at], load=(0.0, 14.0))
+    outcome = judged([*first, *sliding])[-1]
+    assert outcome.largest_slip < 0.05 and not outcome.fell
+    assert outcome.stayed_up is stays
 
 
 STILL = 0.0, -0.04, 0.0  # a foot
