@@ -228,9 +228,17 @@ def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
         raise KhrError(f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them')
     node, key = INITIAL_ERROR.split('.')
     try:
-        stated = all(key in scenario.values.get(node, {}) for _, scenario in sweep.starts())
+        starts = [scenario for _, scenario in sweep.starts()]
     except KhrError as error:
         raise KhrError(f'{where}: cases: {error}') from error
+    stated = all(key in scenario.values.get(node, {}) for scenario in starts)
+    for scenario in starts if sweep.seeds is not None else ():
+        for name, keys in scenario.values.items():
+            if name != node and 'seed' in keys:
+                raise KhrError(
+                    f'{where}: {scenario.name}: {name}.seed: {keys["seed"]} is stated beside '
+                    'seeds; accepted: a scenario without it'
+                )
     if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
         raise KhrError(
             f'{where}: seeds: {INITIAL_ERROR} is not stated, without which seeds differ by the '

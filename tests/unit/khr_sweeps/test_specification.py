@@ -5,11 +5,12 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import yaml
 
 from khr_balance.controllers import AnkleControllerParameters, HipControllerParameters
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import CONFIG
+from khr_bringup.scenario.scenario import CONFIG, load_scenario
 from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors import FootForceParameters, GyroParameters
@@ -152,6 +153,22 @@ def test_mistakes_are_named(text, says):
     assert message.startswith('mine.yaml: ') and '\n' not in message
     for word in says:
         assert word in message
+
+
+def test_seeds_are_of_every_sensor_also_of_a_scenario_with_all_parameters(tmp_path):
+    whole = tmp_path / 'whole.yaml'
+    text = load_scenario('stand_0deg').to_yaml()
+    whole.write_text(text)
+    every = trials(f'scenario: {whole}\nseeds: 2\n{TILT}{GRID}')
+    assert {trial.seed: trial.scenario.table(GyroParameters).seed for trial in every} == {
+        0: 0,
+        1: 1,
+    }
+    values = yaml.safe_load(text)
+    values['/**/gyro']['ros__parameters']['seed'] = 3
+    whole.write_text(yaml.safe_dump(values))
+    with pytest.raises(KhrError, match=r'whole: gyro.seed: 3 is stated beside seeds'):
+        parse_sweep(f'scenario: {whole}\nseeds: 2\n{TILT}{GRID}', 'mine.yaml')
 
 
 def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_path):

@@ -70,6 +70,25 @@ def derived(values: Values, node: str) -> dict[str, Any]:
     return found
 
 
+def without_derived(values: Values) -> dict[str, dict[str, Any]]:
+    """Return stated parameters without those that equal their derived value.
+
+    A file with all parameters of a scenario, as a run's folder has it, so follows a change of
+    seed, gait or control period as the scenario that it was written from.
+    """
+    return {
+        node: {key: value for key, value in keys.items() if not _follows(values, node, key)}
+        for node, keys in values.items()
+    }
+
+
+def _follows(values: Values, node: str, key: str) -> bool:
+    """Return whether a stated parameter equals the value that it would have if it were not."""
+    rest = {name: each for name, each in values[node].items() if name != key}
+    found = derived({**values, node: rest}, node)
+    return key in found and bool(found[key] == values[node][key])
+
+
 def _cycle_period(gait: Mapping[str, Any]) -> float | None:
     """Return the stated period of the gait, or that of the repeated part of a file, in s."""
     start, end = gait.get('repeat', (0.0, 0.0))

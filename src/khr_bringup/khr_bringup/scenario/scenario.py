@@ -18,7 +18,7 @@ import yaml
 
 from khr_bringup.node_registry import controllers, node_of, registry, short_name, table_of
 from khr_bringup.scenario.control_text import title_of, title_with_changes
-from khr_bringup.scenario.derived import derived
+from khr_bringup.scenario.derived import derived, without_derived
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.motion_file import with_motion
 from khr_bringup.scenario.parameter_file import Values, checked, parse_value, values_of
@@ -229,7 +229,8 @@ def parse(text: str, file: str, name: str, namespace: str = '') -> Scenario:
         KhrError: as :func:`load_scenario`.
     """
     values = values_of(read_yaml(text, file), file, namespace)
-    return Scenario(name, _consistent(file, values, Path(file).parent), title_of(text))
+    stated = without_derived(_consistent(file, values, Path(file).parent))
+    return Scenario(name, stated, title_of(text))
 
 
 def find_scenario(name: str, sought: str = 'scenario') -> Path:

@@ -53,6 +53,27 @@ def test_names_agree_with_the_files():
         assert (simulator.surface == 'rubber') == ('rubber' in words or 'push' in words)
 
 
+@pytest.mark.parametrize('path', scenarios.shipped(), ids=lambda path: path.stem)
+def test_whole_scenario_follows_changes_as_the_one_it_was_written_from(path):
+    scenario = scenarios.load_scenario(str(path))
+    again = scenarios.parse(scenario.to_yaml(), 'again.yaml', scenario.name)
+    changes = {
+        ('simulator', 'seed'): 7,
+        ('simulator', 'control_period'): 0.01,
+        ('simulator', 'inclination_deg'): 1.5,
+        ('gait', 'cycle_period'): 3.0,
+    }
+    for each in ({}, changes):
+        assert again.changed(each).to_yaml() == scenario.changed(each).to_yaml()
+    assert again.changed(changes).of('gyro')['seed'] == 7
+
+
+def test_a_seed_that_differs_from_the_simulators_is_kept():
+    own = 'gyro: {ros__parameters: {seed: 3}}\nsimulator: {ros__parameters: {seed: 2}}\n'
+    scenario = scenarios.parse(own, 'own.yaml', 'own')
+    assert scenario.changed({('simulator', 'seed'): 5}).of('gyro')['seed'] == 3
+
+
 def test_whole_scenario_reads_back_the_same():
     scenario = scenarios.load_scenario('walk_9.7deg_ka12_kh13')
     text = scenario.to_yaml()
