@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import MONITOR, OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
@@ -106,13 +107,14 @@ def tracks_of(messages: Messages, topics: Iterable[Topic]) -> dict[Topic, Track]
 
 
 def judge(
-    tracks: Mapping[Topic, Track], parameters: MonitorParameters
+    tracks: Mapping[Topic, Track], scenario: Scenario, changes: Iterable[Change] = ()
 ) -> tuple[Stamps, list[Outcome]]:
     """Judge a recorded run by its truth, as the monitor judged it while it ran.
 
     Args:
         tracks: by topic; without one of ``OBSERVED`` there is no outcome.
-        parameters: of the monitor.
+        scenario: as the run began.
+        changes: of parameters while it ran.
 
     Returns:
         The stamps at which the whole truth is known, ns, and the outcome so far at each.
@@ -124,14 +126,33 @@ def judge(
     for track in seen[1:]:
         shared = np.intersect1d(shared, track.stamps, assume_unique=True)
     rows = zip(*(t.numbers[np.searchsorted(t.stamps, shared)].tolist() for t in seen), strict=True)
-    monitor, stamps, outcomes = OutcomeMonitor(parameters), [], []
+    monitor = OutcomeMonitor(scenario.table(MonitorParameters))
+    stamps, outcomes = [], []
+    own = (each for each in changes if each.node == MONITOR.name)
+    pending = deque(sorted(own, key=lambda each: each.after_ns))
     for stamp_ns, row in zip(shared.tolist(), rows, strict=True):
+        while pending and pending[0].after_ns < stamp_ns:
+            change = pending.popleft()
+            scenario = scenario.changed({(change.node, change.parameter): change.value})
+            monitor.configure(scenario.table(MonitorParameters))
         try:
             outcomes.append(monitor.update(stamp_ns, dict(zip(OBSERVED, row, strict=True))))
         except KhrError:  # a damaged sample
             continue
         stamps.append(stamp_ns)
     return np.array(stamps, dtype=np.int64), outcomes
+
+
+def _last_known(values: Array) -> Array:
+    """Return rows (N, k), each NaN replaced by the last number of its column.
+
+    Before the first number its value stands; a column without a number is 0.
+    """
+    known = np.isfinite(values)
+    rows = np.where(known, np.arange(len(values))[:, None], 0)
+    first = known.argmax(axis=0) if len(values) else 0
+    last = np.maximum(np.maximum.accumulate(rows, axis=0), first)
+    return np.nan_to_num(np.take_along_axis(values, last, axis=0))
 
 
 def series_of(
@@ -164,11 +185,12 @@ def series_of(
             return column(BOARD_CORRECTION, BOARD_CORRECTION.names.index(joint))
         return column(topic, 0)
 
-    judged, outcomes = judge(tracks, scenario.table(MonitorParameters))
+    judged, outcomes = judge(tracks, scenario, changes)
     distance, slip = np.full((2, len(stamps)), np.nan)
     rows = np.searchsorted(stamps, judged)
     distance[rows] = [outcome.distance for outcome in outcomes]
     slip[rows] = [outcome.slip_distance for outcome in outcomes]
+    stages = _last_known(whole(STAGE, len(STAGE.names)))
     estimate = whole(RECOVERY_STATE, len(RECOVERY_STATE.names))[:, ESTIMATED]
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     series = Series(
@@ -180,16 +202,14 @@ def series_of(
         contact_force=columns(TRUE_FORCES, 2),
         foot_force=columns(FOOT_FORCES, 2),
         correction=np.column_stack([correction(topic) for topic in corrections.values()]),
-        stage=np.nan_to_num(column(STAGE, 0)),
-        read_inclination=np.nan_to_num(column(STAGE, 1)),
+        stage=stages[:, 0],
+        read_inclination=stages[:, 1],
         distance=distance,
         slip=slip,
         controllers=tuple(corrections),
         pose=whole(TRUE_POSE, len(POSE)),
         joints=whole(JOINT_STATES, len(JOINTS)),
         estimate=estimate if np.isfinite(estimate).any() else None,
-        constant=constant_parts(
-            scenario, changes, stamps / 1e9, np.nan_to_num(whole(STAGE, len(STAGE.names)))
-        ),
+        constant=constant_parts(scenario, changes, stamps / 1e9, stages),
     )
     return series, outcomes[-1] if outcomes else None

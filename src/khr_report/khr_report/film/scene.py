@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageChops, ImageDraw
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome
+from khr_analysis.outcome import OBSERVED, Outcome
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.offline import ControlLoop, duration, run_offline
@@ -199,7 +199,7 @@ def recorded_frames(run: RecordedRun) -> list[Frame]:
     """Return the samples of a bag."""
     controls = run.parameters.corrections.values()
     tracks = tracks_of(run.messages, [topic for topic in run.messages if topic in POSES])
-    stamps, outcomes = judge(tracks, run.parameters.table(MonitorParameters))
+    stamps, outcomes = judge(tracks, run.parameters, run.changes)
     if not outcomes:
         raise KhrError(f'{run.path}: no poses of the robot in it; {ACCEPTED}')
     found = []

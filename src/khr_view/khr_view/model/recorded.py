@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters
+from khr_analysis.outcome import OBSERVED
 from khr_analysis.sampling import Samples, even_samples, within
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -73,7 +73,7 @@ class Timeline:
         self._analyser = scenario.table(FftAnalyserParameters)
         self._gyro = self._gyro_samples()
         self.motion = motion_of(scenario.table(GaitParameters))
-        self._judged, self._outcomes = judge(self._tracks, scenario.table(MonitorParameters))
+        self._judged, self._outcomes = judge(self._tracks, scenario, self._changes)
         if self._outcomes:
             slip = [[outcome.slip_distance] for outcome in self._outcomes]
             self._tracks[SLIP] = Track(self._judged, np.array(slip))

@@ -6,6 +6,7 @@ import tracemalloc
 import numpy as np
 
 from khr_analysis.recording import Recording
+from khr_bringup.changes import Change
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import Samples, read_messages
 from khr_bringup.scenario.scenario import Scenario
@@ -13,6 +14,7 @@ from khr_common.interfaces import (
     BOARD_CORRECTION,
     GYRO,
     RECOVERY_STATE,
+    STAGE,
     TRUE_FORCES,
     TRUE_POSE,
     TRUE_RATE,
@@ -29,13 +31,13 @@ STANDING = {
 }
 
 
-def read(signals, scenario=EMPTY):
+def read(signals, scenario=EMPTY, changes=()):
     """Return the signals, and the outcome, of a bag that holds these samples alone."""
     messages = {topic: Samples() if topic.flow == 'period' else [] for topic in signal_topics()}
     for topic, samples in signals.items():
         for sample in samples:
             messages[topic].append(sample)
-    return series_of(messages, scenario)
+    return series_of(messages, scenario, changes)
 
 
 def test_signals_that_a_bag_lacks_are_nan():
@@ -60,6 +62,25 @@ def test_the_recovery_node_s_estimate_is_there_if_the_node_is():
     assert (series.estimate_of('center') == 0.01).all()
     assert (series.columns['estimate_capture'] == 0.02).all()
     assert 'estimate_capture, m' in series.with_units
+
+
+def test_a_stage_that_was_lost_is_the_last_known():
+    times = [15_000_000 * n for n in range(5)]
+    stages = [(times[n], (stage, 0.1, 1.0, 1.0)) for n, stage in ((1, 1.0), (3, 2.0))]
+    series, _ = read({TRUE_RATE: [(each, (0.0, 1.0, 0.0)) for each in times], STAGE: stages})
+    assert series.stage.tolist() == [1.0, 1.0, 1.0, 2.0, 2.0]
+    assert (series.read_inclination == 0.1).all()
+
+
+def test_a_recording_is_judged_with_the_changes_of_its_monitor():
+    times = [15_000_000 * n for n in range(60)]
+    messages = {topic: [(time, numbers) for time in times] for topic, numbers in STANDING.items()}
+    higher = Change('monitor', 'fall_height', 1.0, times[20])
+    sunk = (0.0, 0.0, 0.29, 0.0, 0.0, 0.0, 1.0)
+    messages[TRUE_POSE] = [*messages[TRUE_POSE][:5], *((time, sunk) for time in times[5:])]
+    assert read(messages)[1].verdict == 'stood'
+    outcome = read(messages, changes=[higher])[1]
+    assert (outcome.verdict, outcome.fell_at) == ('fell', times[21] / 1e9)
 
 
 def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
