@@ -1,6 +1,6 @@
 """The plots of a run: one time axis, rates in deg/s, and no panel that shows nothing."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from khr_bringup.launching import with_driver
 from khr_bringup.recorded.events import Event
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_description.robot import Robot
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents
@@ -41,6 +42,16 @@ def series():
 
 def titles(figure):
     return [axes.get_title(loc='left') for axes in figure.axes]
+
+
+def test_a_run_of_signals_that_are_all_zero_has_no_overview(series):
+    zero = {
+        each.name: np.zeros_like(value)
+        for each in fields(series)
+        if isinstance(value := getattr(series, each.name), np.ndarray) and each.name != 'time'
+    }
+    with pytest.raises(KhrError, match='zero throughout'):
+        overview(replace(series, **zero), SCENARIO)
 
 
 def test_the_overview_shows_rates_in_degrees_on_one_time_axis_and_a_spectrum(series):

@@ -17,6 +17,7 @@ from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled, write_at
 from khr_report.run.contents import RunContents
@@ -63,12 +64,17 @@ def overview(
         scenario: as it ran.
         events: to mark.
         namespace: of the robot, if the run has several.
+
+    Raises:
+        KhrError: if all signals are zero.
     """
     panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
     found = spectrum_of_run(series, scenario, fall_in(events))
     one = found.spectrum
     shown = one is not None and np.degrees(one.amplitude.max()) >= LEAST
     titles = [*(pane.title for pane in panes), *([SPECTRUM] if shown else [])]
+    if not titles:
+        raise KhrError('the signals of the run are zero throughout: nothing to draw')
     figure, axes = panels(*titles, columns=1, height=0.8 + PANEL * len(titles))
     for axis, pane in zip(axes, panes, strict=False):
         pane.draw(axis)
@@ -183,7 +189,7 @@ def from_above(runs: Mapping[str, RunContents]) -> Figure | None:
             ahead, left = seen(np.array(places), inclination[known]).T
             axis.plot(ahead, left, color=color, linestyle='-', linewidth=0.8, label=label)
         sloped = inclination[known].any()
-        xlabel, ylabel = ('way down the slope (m)', 'left (m)') if sloped else ('x (m)', 'y (m)')
+        xlabel, ylabel = ('way along the slope (m)', 'left (m)') if sloped else ('x (m)', 'y (m)')
         axis.set(xlabel=xlabel, ylabel=ylabel, aspect='equal')
         axis.set_ylim(*np.clip(axis.get_ylim(), -WIDEST, WIDEST))
     legend_above(axes[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.bout.result import FILE as OF_BOUT
 from khr_bringup.code_version import code_version, version_of, versions_of_run
 from khr_bringup.node_registry import registry
-from khr_bringup.recorded.events import fall_in
+from khr_bringup.recorded.events import Event, fall_in
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
@@ -29,6 +30,7 @@ from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
 from khr_report.run.overview import CHANGED, from_above, note, over_time, robot_named
+from khr_report.run.panes import panes_of
 from khr_report.run.recording_page import picture, report_recording
 from khr_report.run.spectra import draw_spectra, spectrogram, spectrum_of_run
 from khr_sweeps.trial import complete
@@ -149,8 +151,10 @@ def _signals(found: Found) -> Markup:
     with styled():
         gaits = [run.parameters.table(GaitParameters) for _, run, _ in runs]
         alike = all(swings(each) == swings(gaits[0]) for each in gaits)
-        events = [event for _, run, _ in runs for event in run.events]
+        events = _named_events(found)
         signals = {name: series for name, _, series in runs}
+        if not (shown or panes_of(signals)):
+            return paragraphs('The signals of the run are zero throughout.')
         figure, titles = over_time(signals, shown, gaits[0] if alike else None, events)
         above = from_above(found)
     body = picture('; '.join(titles), figure)
@@ -168,6 +172,17 @@ def _signals(found: Found) -> Markup:
             of_robot(found[name].name, found[name].robot), data_uri(_csv(series), 'text/csv'), name
         )
     return body
+
+
+def _named_events(found: Found) -> list[Event]:
+    """Return the events in their order, of two runs each with the name of its run."""
+    named = [
+        replace(event, text=f'{name}: {event.text}') if len(found) > 1 else event
+        for name, run in found.items()
+        if run.series is not None
+        for event in run.events
+    ]
+    return sorted(named, key=lambda event: event.time)
 
 
 def _spectrum(found: Found) -> Markup:
