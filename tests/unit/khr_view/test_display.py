@@ -111,6 +111,21 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     display.show_status('walking', [('time', '1.00 s')], '<trouble>')
 
 
+def test_the_view_that_a_reader_chose_holds_for_the_robot_of_the_next_run(display):
+    robot = Robot.load()
+    display.add_robot(robot)
+    display._show_marks(False)
+    display._see_through(True)
+    first = display._robots[-1]
+    display.restart()
+    display.add_robot(robot)
+    (second,) = display._robots
+    assert second is not first
+    assert (second.marks._visible, second._shapes[0].opacity) == (False, first._shapes[0].opacity)
+    display._show_marks(True)
+    display._see_through(False)
+
+
 @pytest.mark.parametrize('aspect', [660 / 850, 390 / 338], ids=['window', 'phone'])
 @pytest.mark.parametrize('name', VIEWS)
 def test_every_view_shows_the_whole_of_two_robots(two_robots, name, aspect):

@@ -47,6 +47,7 @@ class SpectrumLines:
     peaks: Array  # stems at the peaks
     level: Array  # a third of the largest amplitude
     tones: tuple[PlacedPeak, ...]  # the peaks, the strongest first
+    bins: tuple[Array, Array]  # frequencies of the FFT, and the amplitudes there
 
     @property
     def columns(self) -> tuple[Array, ...]:
@@ -147,7 +148,7 @@ def spectrum_lines(
     level = np.full(len(axis), DOMINANT_SHARE * largest)
     interpolated = np.interp(axis, bins, heights) if len(bins) else np.zeros(len(axis))
     named = tuple(replace(tone, cycle=cycle) for tone in tones)
-    return SpectrumLines(axis, interpolated, lines, peaks, level, named)
+    return SpectrumLines(axis, interpolated, lines, peaks, level, named, (bins, heights))
 
 
 _SHIFTS = (-THIN, 0.0, THIN)

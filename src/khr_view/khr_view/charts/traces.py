@@ -149,9 +149,8 @@ def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
 
 
 def spectrum_csv(lines: SpectrumLines | None) -> str:
-    """Return frequencies and amplitudes of a spectrum; only the header without a spectrum."""
-    none = np.zeros(0)
-    frequency, amplitude = (lines.frequency, lines.amplitude) if lines else (none, none)
+    """Return the bins of a spectrum; only the header without a spectrum."""
+    frequency, amplitude = lines.bins if lines else (np.zeros(0), np.zeros(0))
     return _csv({'frequency, Hz': frequency, 'pitch rate, deg/s': np.degrees(amplitude)})
 
 

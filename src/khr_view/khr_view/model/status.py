@@ -194,4 +194,5 @@ def gains_text(of_controllers: Mapping[str, Mapping[str, object]]) -> str:
 
 def heading(title: str, of_controllers: Mapping[str, Mapping[str, object]], time: float) -> str:
     """Return the heading of a picture of the charts: scenario, gains, and time in s."""
-    return f'{bare_title(title)}, {gains_text(of_controllers)}, at {time:.2f} s'
+    words = (bare_title(title), gains_text(of_controllers), f'at {time:.2f} s')
+    return ', '.join(filter(None, words))

@@ -96,7 +96,10 @@ class LatestMessages:
         ]
 
     def take(self) -> Iterator[tuple[Topic, int, Floats]]:
-        """Yield topic, stamp in ns and numbers of each new message; unreadable ones are skipped."""
+        """Yield topic, stamp in ns and numbers of each new message.
+
+        A message that is unreadable or has a number that is not finite is skipped.
+        """
         for topic, subscription in self._subscriptions:
             kind, read = message_class(topic.kind), cdr.numbers_of(topic)
             while True:
@@ -111,7 +114,8 @@ class LatestMessages:
                     found = cdr.clock(data), read(data)
                 except (MalformedError, *cdr.UNREADABLE):
                     continue
-                yield topic, *found
+                if isfinite(sum(found[1])):
+                    yield topic, *found
 
     def close(self) -> None:
         """Leave the topics."""

@@ -102,6 +102,7 @@ class Display:
         self._slope = SlopeView(server.scene, ROOT)
         self._robots: list[RobotView] = []
         self._follow, self._between = True, 0.0
+        self._marked, self._through = True, False  # the choices of the reader, for each new robot
         self._place(server.initial_camera)
         self._push_until = inf
         self._theme(dark=False)
@@ -156,6 +157,8 @@ class Display:
         self._between = shift[1]
         self._place(self.server.initial_camera)
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
+        self._robots[-1].see_through(self._through)
+        self._robots[-1].marks.show_all(self._marked)
         if push is not None:
             self._robots[-1].on_drag(partial(self.later, push))
 
@@ -235,10 +238,12 @@ class Display:
         camera.look_at = tuple(middle.tolist())
 
     def _see_through(self, through: bool) -> None:
+        self._through = through
         for robot in self._robots:
             robot.see_through(through)
 
     def _show_marks(self, visible: bool) -> None:
+        self._marked = visible
         for robot in self._robots:
             robot.marks.show_all(visible)
 

@@ -13,7 +13,7 @@ from khr_balance.controllers import toe_heel_difference
 from khr_bringup.recorded.events import Event
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
 from khr_view.charts.charts import COMPUTED, chart_topics, charts, polled_topics
-from khr_view.charts.spectrum_lines import spectrum_lines
+from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import SPAN, Traces, shade, signals_csv, spectrum_csv
 
 PERIOD = 15_000_000
@@ -133,6 +133,8 @@ def test_a_gap_is_a_row_without_numbers():
 
 
 def test_a_spectrum_is_frequencies_and_amplitudes_or_the_heads_of_its_columns():
-    found = rows(spectrum_csv(spectrum_lines([0.0, 1.0], [0.0, 0.5])))
+    peaks = [PlacedPeak(0.9, 0.6)]
+    found = rows(spectrum_csv(spectrum_lines([0.0, 1.0], [0.0, 0.5], peaks, 2.31)))
+    assert [row['frequency, Hz'] for row in found] == ['0.0', '1.0'], 'the bins alone'
     assert float(found[-1]['pitch rate, deg/s']) == pytest.approx(degrees(0.5))
     assert rows(spectrum_csv(None)) == []
