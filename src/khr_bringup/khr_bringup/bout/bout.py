@@ -221,11 +221,14 @@ def _rules(file: str, values: Mapping[str, Any]) -> RefereeParameters:
 
 
 def _checked(file: str, bout: Bout) -> Bout:
-    """Return a bout of which the referee alone ends the rounds."""
+    """Return a bout of which the referee alone ends the rounds.
+
+    Both robots state the seed of the bout; that of each robot and round follows from it.
+    """
     for node in AT_ROOT:
         red, blue = (bout.robots[robot].table(table_of(node)) for robot in ROBOTS)
         for key in specifications(table_of(node)):
-            if key not in OF_ROBOT and getattr(red, key) != getattr(blue, key):
+            if (key == 'seed' or key not in OF_ROBOT) and getattr(red, key) != getattr(blue, key):
                 raise KhrError(
                     f'{file}: {BLUE}: {node}: {key}: {quoted(getattr(blue, key))} is not '
                     f'accepted; accepted: {quoted(getattr(red, key))}, the value of {RED}: both '

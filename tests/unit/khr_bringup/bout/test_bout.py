@@ -107,6 +107,8 @@ def test_robots_share_one_world_but_pushes_and_errors_are_their_own():
     own = '/red/simulator:\n  ros__parameters: {%s}\n'
     with pytest.raises(KhrError, match=r'blue: simulator: friction: .*, the value of red: both'):
         bout(FINE + own % 'friction: 0.5')
+    with pytest.raises(KhrError, match=r'blue: simulator: seed: 5 is not accepted'):
+        bout(FINE + own % 'seed: 3')
     pushed = bout(
         FINE + own % "pushes: ['t=1 duration=0.1 link=base_link frame=odom force=1,0,0']"
     )
