@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from khr_analysis.outcome import MonitorParameters, Outcome
+from khr_analysis.outcome import MonitorParameters, Outcome, vibration_of
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -42,7 +42,8 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
 
         - ``slide_mm``: slide per step; ``before_mm``, ``after_mm``: of the stance before and after.
         - ``slid_first``: whether a sole slid by a quarter of a step before the torso tipped.
-        - ``dominated``: whether more than half of the power of the true pitch rate is vibration.
+        - ``dominated``: whether more than half of the power of the true pitch rate while the robot
+          walks is vibration.
         - ``amplitude_rad_s``: root mean square of the true pitch rate over Gait-3.
         - ``peaks_hz``: its peaks, largest first; empty unless the robot stayed up.
         - ``single``: whether no other peak reaches ``SECOND_PEAK_MOST`` of the largest.
@@ -55,12 +56,14 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
     times: list[float] = []
     rates: list[float] = []
     slid: list[bool] = []
+    vibration = vibration_of(MonitorParameters())
 
     def record(truth: GroundTruth, _: object, outcome: Outcome) -> None:
         time = truth.stamp_ns / 1e9
         if time <= end and not outcome.fell:
             times.append(time)
             rates.append(float(truth.mean_angular_velocity[1]))
+            vibration.add(time, rates[-1])
             slid.append(outcome.largest_slip >= STEP_SLIP and truth.tilt < TIPPED)
 
     outcome = run_condition(condition, inclination_deg, seed, record)
@@ -73,7 +76,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
         'before_mm': 1000.0 * slides.before,
         'after_mm': 1000.0 * slides.after,
         'slid_first': any(slid),
-        'dominated': outcome.vibration**2 > power / 2.0,
+        'dominated': vibration.rms**2 > power / 2.0,
         'amplitude_rad_s': None,
         'peaks_hz': [],
         'single': False,
@@ -112,15 +115,16 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
         The columns of the run, and: ``toe_n`` and ``heel_n``, mean forces on the support foot in
         the later half of the time on one leg; ``difference_n``, Delta = F_T - F_H (3.4); ``share``,
         Delta over the load of that foot (all None if the robot fell earlier); ``overshoot_rad_s``,
-        the largest absolute pitch rate of the torso from the start of the motion; ``lifted_load``,
-        the load on the lifted foot over the weight when the last heel lifts as the robot falls
-        (None without a fall).
+        the largest absolute pitch rate of the torso from the start of the motion until the foot is
+        lowered; ``lifted_load``, the load on the lifted foot over the weight when the last heel
+        lifts as the robot falls (None without a fall).
     """
     gait = condition.scenario(inclination_deg).table(GaitParameters)
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
     lifted = slice(2, 4) if gait.first_foot == 'right' else slice(0, 2)
     begin = start_of_lift(inclination_deg)  # before, the robot settles and the slope tilts
     up = begin + gait.shift_time + gait.lift_time
+    lowered = up + gait.hold_time
     forces: list[Any] = []
     rates: list[float] = []
     load: float | None = None
@@ -128,18 +132,18 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     def record(truth: GroundTruth, *_: object) -> None:
         nonlocal load
         time, normal = truth.stamp_ns / 1e9, truth.contact_force[:, 2]
-        if time >= begin:
+        if begin <= time <= lowered:
             rates.append(abs(float(truth.mean_angular_velocity[1])))
         if truth.tilt < TIPPED and max(normal[1::2]) > LOADED_N:
             load = float(normal[lifted].sum()) / Pendulum().weight
-        if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
+        if up + gait.hold_time / 2.0 <= time <= lowered:
             forces.append(truth.contact_force[support, 2])
 
     outcome = run_condition(condition, inclination_deg, seed, record)
     row = run_row(condition, inclination_deg, seed, outcome)
     row['overshoot_rad_s'] = max(rates, default=None)
     row['lifted_load'] = load if outcome.fell else None
-    if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
+    if outcome.fell_at is not None and outcome.fell_at < lowered:
         return row | dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share'))
     toe, heel = np.mean(forces, axis=0).tolist()
     difference = toe - heel

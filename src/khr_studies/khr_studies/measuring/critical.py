@@ -29,7 +29,9 @@ from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row, outcome_columns
 
 ENDS = (0.0, 20.0)  # deg, range of a search
-VIBRATES = 0.25  # rad/s above 4 Hz; a convention: more than twice that of a walk without control
+VIBRATES = (
+    0.17  # rad/s above 4 Hz; a convention: twice that of the walk without control at 5.55 deg
+)
 NORMAL = 1.96  # standard deviations of 95 %
 # Numerical uncertainty of a limit: its shift, deg, when the physics step is halved.
 RAGGED = 0.1

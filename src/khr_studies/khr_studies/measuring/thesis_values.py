@@ -119,10 +119,10 @@ LIMITS = (
     ThesisLimit(3, Condition('leg_lift', 14.0), 8.88, 'Fig. 3.15', fitted=True),
     ThesisLimit(3, STAGE_3, 9.6, 'Fig. 3.6', fitted=True),
     ThesisLimit(3, Condition('leg_lift', 14.0, 13.0), 10.2, '3.4, 6.1.1'),
-    ThesisLimit(5, walking(), 5.55, '5.2.3', fitted=True),
-    ThesisLimit(5, walking(12.0), 8.88, '5.2.3', fitted=True),
-    ThesisLimit(5, walking(18.0), 9.7, '5.2.3', fitted=True),
-    ThesisLimit(5, walking(12.0, 13.0), 10.2, '5.2.3', fitted=True),
+    ThesisLimit(5, walking(), 5.55, '5.2.4', fitted=True),
+    ThesisLimit(5, walking(12.0), 8.88, '5.2.4', fitted=True),
+    ThesisLimit(5, walking(18.0), 9.7, '5.2.4', fitted=True),
+    ThesisLimit(5, walking(12.0, 13.0), 10.2, '5.2.4', fitted=True),
 )
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
@@ -138,4 +138,4 @@ STAGE_2_GRID = (5.3, 6.4, 7.0)
 STAGE_3_GRID = (6.4, 7.6, 8.4)  # around ABRUPT_FROM_DEG
 COMMON_DEG = 6.99  # where figures compare walks that fall at their own inclination
 
-PUSHES = (ThesisPush('behind', 'Fig. 4.12(b)'), ThesisPush('front', 'Fig. 4.12(a)'))
+PUSHES = (ThesisPush('behind', 'Fig. 4.12(a)'), ThesisPush('front', 'Fig. 4.12(b)'))

@@ -6,11 +6,12 @@ Values of the simulation are measured by the command; values of the thesis come 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
+from typing import Any
 
-from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario.scenario import Scenario
 from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
@@ -37,42 +38,60 @@ from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from khr_sweeps.pool import local_pool
 from khr_sweeps.trial import Row
 
-
-def _back(key: str) -> tuple[tuple[str, str], float]:
-    """Return a change of the gait that moves the centre of mass 5 mm back."""
-    return ('gait', key), round(getattr(GaitParameters(), key) - 0.005, 6)
+Alteration = Callable[[Scenario], Changes]
 
 
-STIFFER: Changes = (
+def _stated(*changes: tuple[tuple[str, str], Any]) -> Alteration:
+    return lambda _: changes
+
+
+def _stronger(node: str, factor: float) -> Alteration:
+    """Return the change that multiplies the gain of a controller, if it is enabled."""
+
+    def change(scenario: Scenario) -> Changes:
+        own = scenario.whole(node)
+        return (((node, 'gain'), factor * own['gain']),) if own['enabled'] else ()
+
+    return change
+
+
+def _back(*keys: str) -> Alteration:
+    """Return the change of the gait that moves the centre of mass 5 mm back."""
+    return lambda scenario: tuple(
+        (('gait', key), round(scenario.whole('gait')[key] - 0.005, 6)) for key in keys
+    )
+
+
+STIFFER = _stated(
     *(
         (('simulator', f'stretch_{joint}'), twice)
         for joint, twice in (('hip', 120), ('knee', 127), ('ankle_pitch', 90), ('ankle_roll', 60))
     ),
     *stiffer_pid(2.0),
 )
-NO_OFFSET: Changes = tuple(
-    ((node, 'reference_offset'), 0.0) for node in ('ankle_controller', 'hip_controller')
+NO_OFFSET = _stated(
+    *(((node, 'reference_offset'), 0.0) for node in ('ankle_controller', 'hip_controller'))
 )
 # Changes that may explain a limit that misses, tried one at a time on every limit of a motion.
-CHANGES: dict[str, tuple[tuple[str, Changes], ...]] = {
-    'walk': (
-        ('friction 0.26', ((('simulator', 'friction'), 0.26),)),
-        ('friction 0.18', ((('simulator', 'friction'), 0.18),)),
-        ('servos twice as stiff', STIFFER),
-        ('centre of mass 5 mm back', (_back('com_lifted'), _back('com_touchdown'))),
-        ('gyro twice as sensitive', ((('gyro', 'sensitivity'), 1.34),)),
-        ('gyro of 4 Hz', ((('gyro', 'bandwidth'), 4.0),)),
-        ('no offset of the reference', NO_OFFSET),
-        ('gyro not quantised', ((('gyro', 'adc'), False),)),
-    ),
-    'leg_lift': (
-        ('no hip control', ((('hip_controller', 'enabled'), False),)),
-        ('twice K_H', ((('hip_controller', 'gain'), 26.0),)),
-        ('no offset of the reference', NO_OFFSET),
-        ('force loop 1.5 times as strong', ((('ankle_controller', 'gain'), 18.0),)),
-        ('servos twice as stiff', STIFFER),
-        ('centre of mass 5 mm back', (_back('com_stance'),)),
-    ),
+CHANGES: dict[str, dict[str, Alteration]] = {
+    'walk': {
+        'friction 0.26': _stated((('simulator', 'friction'), 0.26)),
+        'friction 0.18': _stated((('simulator', 'friction'), 0.18)),
+        'servos twice as stiff': STIFFER,
+        'centre of mass 5 mm back': _back('com_lifted', 'com_touchdown'),
+        'gyro twice as sensitive': _stated((('gyro', 'sensitivity'), 1.34)),
+        'gyro of 4 Hz': _stated((('gyro', 'bandwidth'), 4.0)),
+        'no offset of the reference': NO_OFFSET,
+        'gyro not quantised': _stated((('gyro', 'adc'), False)),
+    },
+    'leg_lift': {
+        'no hip control': _stated((('hip_controller', 'enabled'), False)),
+        'twice K_H': _stronger('hip_controller', 2.0),
+        'no offset of the reference': NO_OFFSET,
+        'force loop 1.5 times as strong': _stronger('ankle_controller', 1.5),
+        'servos twice as stiff': STIFFER,
+        'centre of mass 5 mm back': _back('com_stance'),
+    },
 }
 
 
@@ -177,7 +196,8 @@ def _alterations(bench: Bench, condition: Condition) -> dict[str, Changes]:
     scenario = replace(condition, changes=bench.settings).scenario(0.0)
     return {
         name: changes
-        for name, changes in CHANGES[condition.motion]
+        for name, alteration in CHANGES[condition.motion].items()
+        for changes in [alteration(scenario)]
         if any(scenario.whole(node)[key] != value for (node, key), value in changes)
     }
 

@@ -74,7 +74,9 @@ def criterion(published: thesis.ThesisWalk) -> str:
     words += {True: ['vibrates'], False: ['does not vibrate'], None: []}[published.vibrates]
     words += [f'{_ranges(group)} {_place(count)}' for group, count in _lines(published)]
     words += ['no other peak above half of it'] if published.single else []
-    words += [f'no peak in {_range(gone)}' for gone in published.gone]
+    words += [
+        f'no peak in {_range(gone)} among the {thesis.SHOWN} largest' for gone in published.gone
+    ]
     words += (
         [f'cycles 3 and 4 correlate by {thesis.ALIKE_CORRELATION:g} and more than 1 and 2']
         if published.alike

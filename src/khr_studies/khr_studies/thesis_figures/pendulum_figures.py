@@ -231,7 +231,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         figure,
         'Figure 3.13: the largest pitch rate while the ankle adjusts, of model and robot',
         f'{spread_note(lifts.values())}; x at the top: a seed lost, which has no largest rate',
-        'robot: during a leg lift, while the slope tilts',
+        'robot: in a leg lift, until it lowers the foot',
         rate.note,
     )
     return figure

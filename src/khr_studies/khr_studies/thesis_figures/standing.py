@@ -141,10 +141,12 @@ def draw_rigid_difference(axis: Axes, run: Run) -> None:
 
 
 def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
-    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if it did not stay up."""
+    """Return the largest absolute pitch rate until the foot is lowered, deg/s; NaN after a fall."""
     if not run.stayed_up:
         return math.nan
-    return float(np.abs(rate.values(motion(run))).max())
+    series, lift = motion(run), lift_of(run)
+    adjusting = series.time <= lift.lowered - lift.start
+    return float(np.abs(rate.values(series)[adjusting]).max())
 
 
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:

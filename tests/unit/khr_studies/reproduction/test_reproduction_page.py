@@ -147,7 +147,7 @@ class Explained(Thesis):
 def test_findings_name_the_best_explanation(kind, says):
     text = sections(findings(kind(amiss=walking(18.0))))
     (line,) = [line for line in text[CONTRADICTS].splitlines() if 'walk, K_A 18' in line]
-    assert line.startswith('| 5.2.3 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 |')
+    assert line.startswith('| 5.2.4 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 |')
     assert '| -7.70 |' in line and line.endswith(f'| {says} |')
     assert ('| friction 0.18 | +7.50 |' in text[ADDS]) == (kind is Explained)
 

@@ -105,7 +105,7 @@ def test_limit_that_misses_stays_and_is_looked_into(amiss):
     assert row['condition'] == 'walk, K_A 18' and row['deg'] == pytest.approx(2.0)
     (explanation,) = amiss.explanations
     assert explanation['condition'] == row['condition']
-    changes = [name for name, _ in scoreboard.CHANGES['walk']]
+    changes = [*scoreboard.CHANGES['walk']]
     changes.remove('no offset of the reference')  # the default robot has none
     assert [*explanation['shifts']] == changes
     quick = scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False)
@@ -114,10 +114,19 @@ def test_limit_that_misses_stays_and_is_looked_into(amiss):
 
 @pytest.mark.parametrize('motion', scoreboard.CHANGES)
 def test_experiments_are_values_that_the_tables_accept(motion):
-    for _, changes in scoreboard.CHANGES[motion]:
+    condition = Condition(motion, 14.0, 13.0)
+    for alteration in scoreboard.CHANGES[motion].values():
+        changes = alteration(condition.scenario(5.0))
         for (node, key), value in changes:
             check(table_of(node), key, value)
-        replace(Condition(motion, 12.0, 13.0), changes=changes).scenario(5.0)
+        replace(condition, changes=changes).scenario(5.0)
+
+
+def test_an_experiment_scales_the_gain_of_its_condition():
+    stronger = scoreboard.CHANGES['leg_lift']['force loop 1.5 times as strong']
+    gain = ('ankle_controller', 'gain')
+    assert stronger(Condition('leg_lift', 14.0, 13.0).scenario(5.0)) == ((gain, 21.0),)
+    assert stronger(Condition('leg_lift').scenario(5.0)) == ()
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 1.0))
@@ -312,7 +321,7 @@ class Unlucky(Thesis):
 
 def test_forces_are_read_where_every_seed_stands_and_a_fall_before_is_a_miss():
     rows = {row.get('name'): row for row in scoreboard.compare(Unlucky(), False).standing}
-    for name in ('Delta over the weight', 'heel force over the weight'):
+    for name in (f'{each} over the load of the support foot' for each in ('Delta', 'heel force')):
         assert rows[f"{name}, at stage 1's limit"]['inclinations_deg'] == [6.3]
     assert rows['largest error of phi read back from Delta']['verdict'] == 'missed'
 
