@@ -39,7 +39,9 @@ class AnkleControllerParameters(BalanceParameters):
 
     source: str = parameter(
         'gyro',
-        'Feedback signal: gyro (pitch rate) or force (difference of toe and heel force).',
+        'Feedback signal: gyro (pitch rate) or force (difference of toe and heel force). With '
+        'force the correction is gain * 0.1206 rad/V * force_scale * difference in N; gain_unit, '
+        'lean_deg and the reference do not act.',
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(

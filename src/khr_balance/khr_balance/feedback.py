@@ -1,7 +1,8 @@
 """The proportional feedback of the controllers, with gains in units of the controller board.
 
 In every output period the board adds ``(AD - AD_ref) * K`` counts to the target of a servo. AD is
-the voltage of a sensor, converted with 10 bits (manual of the RCB-4HV). No constant is fitted.
+the voltage of a sensor, converted with 10 bits (manual of the RCB-4HV). The only fitted constant is
+``gain_unit``.
 """
 
 from __future__ import annotations

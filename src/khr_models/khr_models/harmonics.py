@@ -9,8 +9,9 @@ s (g/l) cos(phi) th^3/6 makes 3 f_0. The drive D has the linear response a_0 cos
 
 Printed, a_2 = (g sin(phi)/(2 l)) a_0 (5.20) and a_1 = (g cos(phi)/(6 l)) a_0 (5.19) are the
 expansion's coefficients times a_0: they have the unit 1/s^2 too many and grow with a_0 instead of
-its square and cube. This module carries the expansion through, and also integrates the equation
-itself.
+its square and cube. (5.18) prints a_1 with f_1 and a_2 with f_2. By the expansion a_2, of the
+square, belongs to f_1 = 2 f_0 and a_1, of the cube, to f_2 = 3 f_0; they are paired so here. This
+module carries the expansion through, and also integrates the equation itself.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Growth:
 def published_harmonics(
     pendulum: Pendulum, amplitude: float, inclination: float
 ) -> tuple[float, float]:
-    """Return a_2 of 2 f_0 (5.20) and a_1 of 3 f_0 (5.19) as printed, rad/s^2."""
+    """Return the printed a_2 (5.20), of 2 f_0, and a_1 (5.19), of 3 f_0, rad/s^2."""
     _check(amplitude, inclination)
     stiffness = GRAVITY / pendulum.length
     return (

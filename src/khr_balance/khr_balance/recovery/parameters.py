@@ -72,7 +72,7 @@ class RecoveryParameters:
         '[0, 500] deg/s',
     )
     undamped_rate_deg: tuple[float, ...] = _pair(
-        'the same rate without ankle control: that walk itself pitches faster.',
+        '``moving_rate_deg`` of a walk without ankle control, which pitches faster.',
         105.0,
         105.0,
         '[0, 500] deg/s',

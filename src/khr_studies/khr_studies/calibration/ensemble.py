@@ -22,6 +22,7 @@ from khr_studies.measuring.ensemble_file import Member
 Array = NDArray[np.float64]
 LEAST, MOST = 20, 40  # members of an ensemble
 OPEN = 0.5  # share of the searched range above which a constant counts as open
+NEAR_END = 0.05  # of the searched range
 
 
 @dataclass(frozen=True)
@@ -221,6 +222,12 @@ def constant_spreads(plan: CalibrationPlan, found: Ensemble) -> pd.DataFrame:
         low, high = np.quantile([constant.share(value) for value in values], [0.1, 0.9])
         rows[name] = (values[0], min(values), max(values), high - low, high - low > OPEN)
     return pd.DataFrame.from_dict(rows, 'index', columns=['best', 'low', 'high', 'share', 'open'])
+
+
+def constants_at_ends(plan: CalibrationPlan, robot: Candidate) -> list[str]:
+    """Return the constants of a robot that lie near an end of their searched range."""
+    shares = {name: one.share(robot.constants[name]) for name, one in plan.constants.items()}
+    return [name for name, share in shares.items() if not NEAR_END < share < 1.0 - NEAR_END]
 
 
 def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:

@@ -17,7 +17,13 @@ from khr_report.output import check_file, check_page
 from khr_report.page.document import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration import ensemble
-from khr_studies.calibration.ensemble import LEAST, constant_spreads, gains, missed_rows
+from khr_studies.calibration.ensemble import (
+    LEAST,
+    constant_spreads,
+    constants_at_ends,
+    gains,
+    missed_rows,
+)
 from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import Candidate, misses
 from khr_studies.calibration.plan import FreeConstant
@@ -100,6 +106,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         rows=_robots_table(calibration, {'chosen': found.best}),
         added=_added_rows(calibration),
         spreads=constant_spreads(plan, found),
+        at_ends=constants_at_ends(plan, found.best),
         published=_published,
         gaps=_gaps(calibration),
         missed=missed_rows(plan, found.best),

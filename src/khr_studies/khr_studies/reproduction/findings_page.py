@@ -179,7 +179,7 @@ def _added(findings: Findings) -> tuple[str, ...]:
         ),
         (
             'Staged control',
-            'Standing while the inclination grows.',
+            'Standing on both feet while the inclination grows; the limits of standing above are on one leg.',
             table(findings.tilting, TILT_COLUMNS),
         ),
         ('Origin of the published control frequencies', '', table(findings.peaks, PEAK_COLUMNS)),
