@@ -29,6 +29,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_hardware.client import TIMEOUT, connect
 from khr_hardware.driver import BoardDriver
 from khr_hardware.errors import BoardError
+from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.protocol.memory import BAUD_RATES, Config
 from khr_hardware.virtual.server import Fault, Faults
 from tests.benchmarks.clock import log
@@ -172,6 +173,8 @@ def free_on_bad_line(silent):
         client, _ = connect(line, 1_250_000, timeout=1.0)
         driver = BoardDriver(client, rig.driver.map, rig.parameters())
         driver.connect()
+        for _ in range(REST_SAMPLES):
+            driver.measure()
         driver.start()
         client._port.timeout = TIMEOUT  # of pyserial: from here on the line is bad
         faults.add(*([Fault('lost', count=10**6)] if silent else []))

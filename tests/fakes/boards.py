@@ -6,6 +6,7 @@ from math import radians
 from khr_common.interfaces import JOINTS
 from khr_hardware.client import Client
 from khr_hardware.driver import BoardDriver
+from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.commands import Splitter, refusal
@@ -62,7 +63,13 @@ class Rig:
             self.period(reference, corrections)
 
     def connect(self):
+        """Connect, and let the robot rest until its gyro is known."""
         self.driver.connect()
+        return self.rest()
+
+    def rest(self):
+        for _ in range(REST_SAMPLES):
+            self.driver.measure()
         return self
 
     def run(self, reference=STANCE):

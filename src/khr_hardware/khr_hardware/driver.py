@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, radians
+from math import radians
 
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
 from khr_common.published import NO_LOAD_SPEED
+from khr_hardware.battery import Battery
 from khr_hardware.client import Client
+from khr_hardware.corrections import add_corrections
 from khr_hardware.errors import BoardError
 from khr_hardware.feedback import Feedback
+from khr_hardware.gyro import RestingGyro
 from khr_hardware.inspection import Inspection, inspect, silence
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
-from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config
+from khr_hardware.protocol.memory import HIGHEST, LOWEST, Config
 from khr_hardware.ramp import Ramp
 
 MAX_FAILED_WRITES, MAX_FAILED_READS = 3, 10  # consecutive failures that lead to fault
@@ -45,9 +48,12 @@ class BoardDriver:
         pose: last measured joint angles, rad; the targets while the servos have torque and no
             position is read.
         ad: AD readings of the last period minus their references, steps.
-        battery: voltage, V.
         starved: whether the driver holds because no reference is recent enough.
+        gyro: None without a gyro.
         feedback: the loop closed on the board; None if the computer closes it.
+
+    Raises:
+        KhrError: if the board is to close the loop, and the map has no gyro.
     """
 
     def __init__(
@@ -64,17 +70,18 @@ class BoardDriver:
         self.state, self.reason = 'disconnected', ''
         self.pose = [0.0] * len(JOINTS)
         self.ad: Sequence[int] = ()
-        self.battery = 0.0
         self.starved = False
         self.feedback = Feedback(client, joint_map) if parameters.mixing == 'board' else None
+        self.gyro = RestingGyro(joint_map.gyro) if joint_map.gyro else None
+        if self.feedback:
+            self.gyro = self.feedback.gyro
         self._trims: dict[int, int] = {}
-        self._battery_reference = 0
+        self._battery = Battery(clock)
         self._config = Config(0)
         self._checked = 0
         self._target = list(self.pose)
         self._ramp: Ramp | None = None  # of the last start
         self._torque_since = 0.0
-        self._low_since: float | None = None  # None with a good battery
         self._failed_writes = self._failed_reads = 0
         self._turn = 0
 
@@ -92,9 +99,9 @@ class BoardDriver:
         self.pose = seen.pose(self.map)
         seen.check_trims(self.map)
         self._trims = {ics: record.trim for ics, record in seen.records.items()}
-        self._battery_reference = seen.references[0]
-        if self.feedback:
-            self.feedback.connect(seen.references)
+        self._battery.reference = seen.references[0]
+        if self.gyro:
+            self.gyro.connect(seen.references)
         config = seen.config.quiet().with_cycle(self.parameters.control_period).without_led()
         silence(self.client, seen, config)
         self._config = config
@@ -106,8 +113,8 @@ class BoardDriver:
         """Switch the torque on at the measured pose and start the ramp to the reference.
 
         Raises:
-            KhrError: if the state is not idle or holding, the battery is low, or a joint is outside
-                its limits.
+            KhrError: if the state is not idle or holding, the battery is low, a joint is outside
+                its limits, or the gyro shows that the robot moves.
             BoardError: if the pose cannot be read or written.
         """
         if self.state not in ('idle', 'holding'):
@@ -117,20 +124,13 @@ class BoardDriver:
                 f'battery: {self.battery:.2f} V is not accepted; accepted: above '
                 f'{self.parameters.battery_stop:g} V'
             )
-        if self.state == 'idle':
-            pose = inspect(self.client, self.map).pose(self.map)
-            outside = self.map.outside(pose, START_MARGIN)
-            if outside:
-                raise KhrError(outside[0])
-            if self.feedback:
-                self.feedback.set_reference(self.parameters.ad_offset)
-            self.pose, self._target = pose, list(pose)
-            self._torque_since = self._clock()
-            try:
-                self._move()
-            except BoardError:
-                self.free()  # the board may have received the move nevertheless
-                raise
+        idle = self.state == 'idle'
+        if idle:
+            self._take_pose()
+        if self.feedback:
+            self.feedback.set_reference(self.parameters.ad_offset)
+        if idle:
+            self._switch_on()
         self._ramp = Ramp(self._target, radians(self.parameters.ramp_speed_deg_s))
         self._failed_writes = self._failed_reads = 0
         self.state = 'ramping'
@@ -181,9 +181,14 @@ class BoardDriver:
             self.state = 'holding'
 
     @property
+    def battery(self) -> float:
+        """Return the voltage of the battery, V."""
+        return self._battery.voltage
+
+    @property
     def pitch_rate(self) -> float:
-        """Return the reading of the gyro, rad/s."""
-        return self.map.pitch_rate(self.ad) + (self.feedback.zero if self.feedback else 0.0)
+        """Return the reading of the gyro, rad/s; 0 without one."""
+        return self.gyro.pitch_rate if self.gyro else 0.0
 
     # ---- a period ----
 
@@ -207,10 +212,12 @@ class BoardDriver:
         if reference is not None and self.state == 'ramping':
             goal = self._ramped(reference)
         elif reference is not None and self.state == 'running':
-            goal = _add_corrections(reference, corrections)
+            goal = add_corrections(reference, corrections)
             self._raise_feedback()
+        most = NO_LOAD_SPEED * self.parameters.control_period
         self._target = [
-            self._limit_target(*each) for each in zip(JOINTS, goal, self._target, strict=True)
+            servo.step_towards(aim, last, most)
+            for servo, aim, last in zip(self.map.servos.values(), goal, self._target, strict=True)
         ]
         try:
             self._move()
@@ -248,8 +255,28 @@ class BoardDriver:
         self._failed_reads = 0
         if changed:
             self._fail('the board has restarted, or another program has configured it')
-        elif self.state in TORQUE_STATES and self._low_for > LOW_BATTERY_TIME:
+        elif self.state in TORQUE_STATES and self._battery.low_for > LOW_BATTERY_TIME:
             self._stop_at_limit(f'battery at {self.battery:.2f} V')
+
+    def _take_pose(self) -> None:
+        """Take the pose and the gyro's level at rest as the beginning of a start."""
+        seen = inspect(self.client, self.map)
+        pose = seen.pose(self.map)
+        outside = self.map.outside(pose, START_MARGIN)
+        if outside:
+            raise KhrError(outside[0])
+        if self.gyro:
+            self.gyro.take_level(seen.references)
+        self.pose, self._target = pose, list(pose)
+
+    def _switch_on(self) -> None:
+        """Switch the torque on at the pose."""
+        self._torque_since = self._clock()
+        try:
+            self._move()
+        except BoardError:
+            self.free()  # the board may have received the move nevertheless
+            raise
 
     def _ramped(self, reference: Sequence[float]) -> list[float]:
         """Return the next target on the ramp; after it the robot runs once its loop is raised."""
@@ -279,17 +306,6 @@ class BoardDriver:
         except BoardError as error:
             self._fail(f'the feedback could not be removed: {error}')
 
-    def _limit_target(self, joint: str, goal: float, last: float) -> float:
-        """Limit a target to the joint's range and the servo's no-load speed.
-
-        A joint that started beyond a limit returns as slowly as its goal does, never further out.
-        """
-        if not isfinite(goal):
-            return last
-        low, high = self.map.servos[joint].limits
-        most = NO_LOAD_SPEED * self.parameters.control_period
-        return min(max(goal, last - most, min(low, last)), last + most, max(high, last))
-
     def _move(self) -> None:
         if self.parameters.dry_run:
             return
@@ -301,18 +317,9 @@ class BoardDriver:
 
     def _update_sensors(self, ad: Sequence[int]) -> None:
         self.ad = ad
-        self.battery = (ad[0] + self._battery_reference) * BATTERY_VOLTS
-        if self.feedback and self.state == 'idle':
-            self.feedback.add_sample(ad)
-        if self.battery >= self.parameters.battery_stop:
-            self._low_since = None
-        elif self._low_since is None:
-            self._low_since = self._clock()
-
-    @property
-    def _low_for(self) -> float:
-        """Return for how long the battery has been low, s."""
-        return 0.0 if self._low_since is None else self._clock() - self._low_since
+        self._battery.update(ad[0], self.parameters.battery_stop)
+        if self.gyro:
+            self.gyro.update(ad, self.state == 'idle')
 
     @property
     def _moves_unread(self) -> bool:
@@ -331,14 +338,3 @@ class BoardDriver:
     def _fail(self, reason: str) -> None:
         self.state = 'fault'
         self.reason = self.reason or reason
-
-
-def _add_corrections(
-    reference: Sequence[float], corrections: Sequence[Mapping[str, float]]
-) -> list[float]:
-    """Add corrections by joint to a reference, in their order."""
-    target = list(reference)
-    for correction in corrections:
-        for joint, angle in correction.items():
-            target[JOINTS.index(joint)] += angle
-    return target

@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import json
 import time
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
-from statistics import mean
 from typing import Any
 
 from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.client import Client
 from khr_hardware.errors import BoardError
+from khr_hardware.gyro import REST_SAMPLES, RestingGyro, rest_level
 from khr_hardware.joint_map import COUNT, GyroWiring, JointMap
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.memory import Mixing, ServoRecord
 
-REST_SAMPLES = 20  # gyro readings averaged for the voltage at rest
-REST_SPREAD = 3  # AD steps between the smallest and largest of these readings
 RAMP_STEPS = 4  # equal steps in which a ratio is raised
 STEP_PAUSE = 0.5  # s between two of these steps
 MIXING_SLOT = 0  # the used one of a servo's two mixings
@@ -43,26 +40,11 @@ def gyro_of(joint_map: JointMap) -> GyroWiring:
     return joint_map.gyro
 
 
-def rest_level(readings: Sequence[int]) -> int:
-    """Return the AD reading of the gyro at rest, in steps, without subtracting AD_ref.
-
-    Raises:
-        KhrError: if there are too few readings, or the robot moves.
-    """
-    if len(readings) < REST_SAMPLES:
-        raise KhrError(
-            f'mixing: the gyro was read {len(readings)} times; accepted: {REST_SAMPLES}; try again'
-        )
-    if max(readings) - min(readings) > REST_SPREAD:
-        raise KhrError(
-            f'mixing: the gyro reads {min(readings)} to {max(readings)} steps; accepted: a robot '
-            'at rest'
-        )
-    return round(mean(readings))
-
-
 class Feedback:
     """Raise the ratios of the mixings in steps, one write per period; reset them at once.
+
+    Attributes:
+        gyro: whose level at rest the board subtracts.
 
     Raises:
         KhrError: if the map has no gyro.
@@ -70,39 +52,22 @@ class Feedback:
 
     def __init__(self, client: Client, joint_map: JointMap) -> None:
         self._client, self._map = client, joint_map
-        self._gyro = gyro_of(joint_map)
-        self._readings: deque[int] = deque(maxlen=REST_SAMPLES)
-        self._reference = 0  # AD_ref in the board
-        self._offset = 0  # of AD_ref from the voltage at rest, AD steps
+        self.gyro = RestingGyro(gyro_of(joint_map))
+        self._former: int | None = None  # AD_ref before it was set, to restore
         self._ratios = dict.fromkeys(BOARD_CORRECTION.names, 0)
         self._mixed: set[str] = set()  # joints that may have a mixing, read back or not
         self._round: list[tuple[str, int]] = []
         self._waited = STEP_PAUSE
 
-    @property
-    def zero(self) -> float:
-        """Return the pitch rate at which the board's gyro reading is 0, rad/s."""
-        return self._offset * self._gyro.step
-
-    def connect(self, references: Sequence[int]) -> None:
-        """Store the AD references read from the board."""
-        self._reference = references[self._gyro.channel]
-
-    def add_sample(self, ad: Sequence[int]) -> None:
-        """Store an AD reading of the robot at rest."""
-        self._readings.append(ad[self._gyro.channel] + self._reference)
-
     def set_reference(self, offset: int) -> None:
         """Set AD_ref to the gyro's voltage at rest plus an offset in AD steps.
 
         Raises:
-            KhrError: if the robot is not at rest.
             BoardError: if the board does not accept it.
         """
-        reference = rest_level(self._readings) + offset
-        self._readings.clear()
-        self._client.set_ad_reference(self._gyro.channel, reference)
-        self._reference, self._offset = reference, offset
+        if self._former is None:  # the board may set it and its reply be lost
+            self._former = self.gyro.reference
+        self._write_reference(self.gyro.level + offset)
 
     def raise_to(self, ankle: int, hip: int, seconds: float) -> bool:
         """Raise the ratios towards their targets; return whether the board has reached them.
@@ -129,10 +94,12 @@ class Feedback:
         return wanted == self._ratios
 
     def end(self) -> None:
-        """Set all ratios to 0, each one even if another fails.
+        """Set all ratios to 0, each one even if another fails, and then restore AD_ref.
+
+        While a mixing stays, its AD_ref stays too: another one would move its servo.
 
         Raises:
-            BoardError: if the board does not accept one.
+            BoardError: if the board does not accept a write.
         """
         self._round, self._waited = [], STEP_PAUSE
         failed: BoardError | None = None
@@ -143,15 +110,23 @@ class Feedback:
                 failed = error
         if failed:
             raise failed
+        if self._former is not None:
+            self._write_reference(self._former)
+            self._former = None
 
     def correction(self, ad: Sequence[int]) -> tuple[float, ...]:
         """Return the board's correction of each joint in ``BOARD_CORRECTION``, rad."""
-        steps = self._gyro.sign * ad[self._gyro.channel]
+        wiring = self.gyro.wiring
+        steps = wiring.sign * ad[wiring.channel]
         return tuple(ratio * steps * COUNT for ratio in self._ratios.values())
 
+    def _write_reference(self, value: int) -> None:
+        self._client.set_ad_reference(self.gyro.wiring.channel, value)
+        self.gyro.reference = value
+
     def _write(self, joint: str, ratio: int) -> None:
-        servo = self._map.servos[joint]
-        mixing = Mixing.of_ad(self._gyro.channel, servo.sign * self._gyro.sign * ratio)
+        servo, wiring = self._map.servos[joint], self.gyro.wiring
+        mixing = Mixing.of_ad(wiring.channel, servo.sign * wiring.sign * ratio)
         self._mixed.add(joint)  # the board may write it and its reply be lost
         self._client.set_mixing(servo.ics, MIXING_SLOT, mixing)
         found = self._client.record(servo.ics).mixings[MIXING_SLOT]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
-from math import degrees, radians
+from math import degrees, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -55,6 +55,21 @@ class ServoWiring:
     def angle(self, counts: int) -> float:
         """Return the angle in rad of a position."""
         return self.sign * (counts - self.zero) * COUNT
+
+    def step_towards(self, goal: float, last: float, most: float) -> float:
+        """Return the next target of the joint: within its limits, at most a step from the last.
+
+        A joint that started beyond a limit returns as slowly as its goal does, never further out.
+
+        Args:
+            goal: rad; one that is not finite keeps the last target.
+            last: last target, rad.
+            most: largest step, rad.
+        """
+        if not isfinite(goal):
+            return last
+        low, high = self.limits
+        return min(max(goal, last - most, min(low, last)), last + most, max(high, last))
 
 
 @dataclass(frozen=True)

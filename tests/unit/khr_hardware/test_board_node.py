@@ -15,8 +15,7 @@ from tests.fakes.boards import STANCE, Rig
 @pytest.fixture
 def rig():
     rig = Rig(torque_time=10.0)
-    rig.driver.connect()
-    return rig
+    return rig.connect()
 
 
 @pytest.fixture

@@ -26,8 +26,7 @@ PERIOD = 0.015
 def rig():
     found = Rig()
     Client(found.port).set_mixing(18, 0, Mixing.of_ad(1, 12))
-    found.driver.connect()
-    return found
+    return found.connect()
 
 
 def test_connecting_moves_nothing_keeps_trims_and_stops_program_and_mixings(rig):
@@ -182,7 +181,7 @@ def test_free_wins_over_everything(state, rig):
     rig.periods(5)
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
     assert rig.client.counts.refused == FREE_ATTEMPTS - 1
-    assert rig.run().targets == pytest.approx(STANCE, abs=COUNT)
+    assert rig.rest().run().targets == pytest.approx(STANCE, abs=COUNT)
 
 
 def test_a_start_that_is_not_acknowledged_leaves_no_torque(rig):
@@ -238,8 +237,7 @@ def test_a_board_that_starts_anew_is_a_fault(config):
     """Also if its own configuration leaves the driver nothing to change, and after another run."""
     rig = Rig(config=config)
     for _ in range(2):
-        rig.driver.connect()
-        rig.run()
+        rig.connect().run()
     rig.board.power_on()
     rig.periods(5)
     assert rig.driver.state == 'fault' and 'restarted' in rig.driver.reason

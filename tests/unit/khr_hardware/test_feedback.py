@@ -7,7 +7,8 @@ import pytest
 from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.errors import BoardError
-from khr_hardware.feedback import RAMP_STEPS, REST_SAMPLES, STEP_PAUSE
+from khr_hardware.feedback import RAMP_STEPS, STEP_PAUSE, BoardLoop, deploy
+from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.commands import SHORTEST, refusal
 from khr_hardware.protocol.memory import MIXINGS, RECORD_SIZE, record_address
@@ -66,7 +67,65 @@ def test_the_driver_reports_what_the_board_adds_to_the_voltage_at_rest_and_the_o
 def test_the_loop_is_taken_back_when_the_robot_holds_or_is_free(rig, end):
     rig.run()
     getattr(rig.driver, end)()
-    assert ratios(rig) == [0, 0, 0, 0]
+    assert ratios(rig) == [0, 0, 0, 0] and rig.client.ad_references()[1] == 512
+
+
+def test_a_robot_that_holds_and_starts_again_has_its_reference_again(rig):
+    rig.run().driver.hold()
+    assert rig.run().client.ad_references()[1] == 515 - 5
+    assert ratios(rig) == [12, -12, -3, 3]
+
+
+@pytest.mark.parametrize('loop', [{'mixing': 'board', 'ad_offset': -5}, {'mixing': 'computer'}])
+@pytest.mark.parametrize('reference', [0, 506, 512])
+def test_a_robot_at_rest_reads_no_pitch_rate_whatever_reference_was_left_on_its_board(
+    loop, reference
+):
+    rig = Rig(**loop)
+    rig.client.set_ad_reference(1, reference)
+    rig.connect().run()
+    assert rig.driver.pitch_rate == 0.0
+    rig.board.robot.ad[1] += 3
+    rig.periods(2)
+    assert rig.driver.pitch_rate == 3 * MAP.gyro.step
+
+
+def test_after_deploy_a_robot_at_rest_reads_no_pitch_rate():
+    rig = Rig()
+    loop = BoardLoop(dict.fromkeys(BOARD_CORRECTION.names[:2], 12), -6)
+    deploy(rig.client, MAP, loop, lambda _: None, wait=lambda _: rig.board.cycle())
+    assert rig.connect().run().driver.pitch_rate == 0.0
+
+
+def test_a_reference_whose_acknowledgement_is_lost_spoils_neither_level_nor_board(rig):
+    address = (0x0C + 2).to_bytes(2, 'little')
+    answer, lost = rig.board.answer, iter([True])
+
+    def lose(frame):
+        reply = answer(frame)
+        written = frame.body[:3] == b'\x02' + address and next(lost, False)
+        return refusal(frame.command) if written else reply
+
+    rig.board.answer = lose
+    with pytest.raises(BoardError):
+        rig.driver.start()
+    assert rig.driver.state == 'idle' and rig.client.ad_references()[1] == 510
+    rig.rest()
+    with pytest.raises(KhrError, match='0 times; accepted: 20; try again'):
+        rig.driver.start()
+    rig.rest().run()
+    assert rig.client.ad_references()[1] == 510 and rig.driver.pitch_rate == 0.0
+    rig.driver.leave()
+    assert rig.client.ad_references()[1] == 512
+
+
+@pytest.mark.parametrize('level', [0, 1023])
+def test_a_gyro_that_is_not_connected_starts_nothing(level):
+    rig = Rig()
+    rig.board.robot.ad[1] = level
+    rig.board.sample()
+    with pytest.raises(KhrError, match=f'{level} steps at rest are not accepted; accepted: 1 to'):
+        rig.connect().driver.start()
 
 
 def test_another_ratio_is_taken_while_it_runs(rig):
@@ -76,15 +135,19 @@ def test_another_ratio_is_taken_while_it_runs(rig):
     assert ratios(rig) == [4, -4, -3, 3]
 
 
-def test_a_robot_that_moves_or_was_not_looked_at_for_long_enough_is_not_started(rig):
+@pytest.mark.parametrize('mixing', ['board', 'computer'])
+def test_a_robot_that_moves_or_was_not_looked_at_for_long_enough_is_not_started(mixing):
+    rig = Rig(mixing=mixing).connect()
     for steps in range(REST_SAMPLES):
         rig.board.robot.ad[1] = 515 + steps
         rig.period()
     with pytest.raises(KhrError, match=r'515 to 53\d steps; accepted: a robot at rest'):
         rig.driver.start()
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+    rig = Rig(mixing=mixing)
+    rig.driver.connect()
     with pytest.raises(KhrError, match='0 times; accepted: 20'):
-        Rig(mixing='board', ankle_ratio=12).connect().driver.start()
+        rig.driver.start()
 
 
 def test_a_board_that_takes_no_mixing_is_a_fault(rig):

@@ -39,7 +39,7 @@ from khr_common.statuses import KEY
 from khr_hardware.client import connect
 from khr_hardware.driver import TORQUE_STATES, BoardDriver
 from khr_hardware.errors import BoardError
-from khr_hardware.feedback import REST_SAMPLES
+from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
@@ -81,7 +81,7 @@ class BoardNode(KhrNode):
         client, rate = connect(own.port, own.baud, own.reply_timeout)
         self.driver = BoardDriver(client, joint_map, own)
         self._describe(self.driver.connect(), rate)
-        if self.driver.feedback:
+        if self.driver.gyro:
             for _ in range(REST_SAMPLES):  # start requires them
                 time.sleep(own.control_period)
                 self.driver.measure()

@@ -31,7 +31,7 @@ from khr_hardware.protocol.commands import (
 )
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord, record_address
 
-AD_TOP = 1023
+AD_TOP = memory.AD_TOP
 
 
 class BoardRobot(Protocol):
