@@ -170,7 +170,7 @@ class BoardDriver:
         """Free or hold the servos at the end, as ``at_exit`` selects.
 
         Raises:
-            BoardError: as :meth:`free`.
+            BoardError: as :meth:`free`, or if a mixing of the board's loop stays.
         """
         if self.state == 'disconnected' or self.client.closed:
             return
@@ -183,6 +183,10 @@ class BoardDriver:
     @property
     def battery(self) -> float:
         """Return the voltage of the battery, V."""
+        if self.feedback and self.feedback.mixed:
+            raise BoardError(
+                f'the feedback of {", ".join(self.feedback.mixed)} stays on the board'
+            )
         return self._battery.voltage
 
     @property

@@ -59,6 +59,11 @@ class Feedback:
         self._round: list[tuple[str, int]] = []
         self._waited = STEP_PAUSE
 
+    @property
+    def mixed(self) -> list[str]:
+        """Return the joints that may have a mixing."""
+        return sorted(self._mixed)
+
     def set_reference(self, offset: int) -> None:
         """Set AD_ref to the gyro's voltage at rest plus an offset in AD steps.
 
@@ -103,7 +108,7 @@ class Feedback:
         """
         self._round, self._waited = [], STEP_PAUSE
         failed: BoardError | None = None
-        for joint in sorted(self._mixed):
+        for joint in self.mixed:
             try:
                 self._write(joint, 0)
             except BoardError as error:

@@ -174,8 +174,11 @@ def test_a_mixing_whose_reading_back_is_lost_is_taken_back_too(rig):
     assert ratios(rig) == [0, 0, 0, 0]
 
 
-@pytest.mark.parametrize('end', ['hold', 'leave'])
-def test_one_mixing_that_stays_keeps_none_of_the_others(rig, end):
+@pytest.mark.parametrize(
+    ('end', 'at_exit'), [('hold', 'free'), ('leave', 'free'), ('leave', 'hold')]
+)
+def test_one_mixing_that_stays_keeps_none_of_the_others_and_is_told(rig, end, at_exit):
+    rig.driver.parameters = rig.parameters(at_exit=at_exit)
     rig.run()
     first, answer = SERVOS[0], rig.board.answer
 
@@ -190,7 +193,8 @@ def test_one_mixing_that_stays_keeps_none_of_the_others(rig, end):
             rig.driver.hold()
         assert rig.driver.state == 'fault'
     else:
-        rig.driver.leave()
+        with pytest.raises(BoardError, match='feedback of l_ankle_pitch stays on the board'):
+            rig.driver.leave()
     assert ratios(rig) == [12, 0, 0, 0]
 
 
