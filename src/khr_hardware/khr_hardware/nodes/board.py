@@ -37,7 +37,7 @@ from khr_common.pacing import Latency, Punctuality
 from khr_common.processes import ask_for_real_time
 from khr_common.statuses import KEY
 from khr_hardware.client import connect
-from khr_hardware.driver import TORQUE_STATES, BoardDriver
+from khr_hardware.driver import BoardDriver
 from khr_hardware.errors import BoardError
 from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.inspection import Inspection
@@ -133,7 +133,7 @@ class BoardNode(KhrNode):
 
     def _on_period(self) -> None:
         after = self.state == 'finished'
-        if self.closed or (after and self.driver.state not in TORQUE_STATES):
+        if self.closed or (after and self.driver.state == 'idle'):
             return
         try:
             if after:
