@@ -131,9 +131,13 @@ class BoardDriver:
             self.feedback.set_reference(self.parameters.ad_offset)
         if idle:
             self._switch_on()
-        self._ramp = Ramp(self._target, radians(self.parameters.ramp_speed_deg_s))
         self._failed_writes = self._failed_reads = 0
-        self.state = 'ramping'
+        self._begin_ramp()
+
+    def ramp_again(self) -> None:
+        """Ramp from the last target to a reference that has jumped; a raised loop stays raised."""
+        if self.state == 'running':
+            self._begin_ramp()
 
     def hold(self) -> None:
         """Hold the last target.
@@ -179,14 +183,14 @@ class BoardDriver:
             self.free()
         elif self.state in TORQUE_STATES:
             self.state = 'holding'
-
-    @property
-    def battery(self) -> float:
-        """Return the voltage of the battery, V."""
         if self.feedback and self.feedback.mixed:
             raise BoardError(
                 f'the feedback of {", ".join(self.feedback.mixed)} stays on the board'
             )
+
+    @property
+    def battery(self) -> float:
+        """Return the voltage of the battery, V."""
         return self._battery.voltage
 
     @property
@@ -281,6 +285,10 @@ class BoardDriver:
         except BoardError:
             self.free()  # the board may have received the move nevertheless
             raise
+
+    def _begin_ramp(self) -> None:
+        self._ramp = Ramp(self._target, radians(self.parameters.ramp_speed_deg_s))
+        self.state = 'ramping'
 
     def _ramped(self, reference: Sequence[float]) -> list[float]:
         """Return the next target on the ramp; after it the robot runs once its loop is raised."""

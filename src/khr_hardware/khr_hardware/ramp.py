@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, pi
+from math import cos, pi, radians
+
+JUMP = radians(2.0)  # of a joint: more than a gait moves it in its first control period
 
 
 class Ramp:
@@ -36,3 +38,8 @@ class Ramp:
             begin + share * (goal - begin)
             for goal, begin in zip(reference, self._begin, strict=True)
         ]
+
+
+def jumps(before: Sequence[float], after: Sequence[float]) -> bool:
+    """Return whether a joint of two consecutive references (rad) needs another ramp."""
+    return max(abs(new - old) for old, new in zip(before, after, strict=True)) > JUMP

@@ -43,6 +43,7 @@ from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
+from khr_hardware.ramp import jumps
 
 GAIT = 'gait'
 ASK_AGAIN = 0.1  # s of wall time between requests for the first reference
@@ -72,6 +73,7 @@ class BoardNode(KhrNode):
 
     parameters: BoardParameters
     keeps = True  # frees the robot also if its parent process is killed
+    state: str  # of the run
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
@@ -108,6 +110,7 @@ class BoardNode(KhrNode):
         self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
         self._read_at = self._published = self._asked = self._reported = float('-inf')
         self._recent: dict[int, float] = {}  # when the stamps within command_timeout were sent
+        self._ramped_to: JointAnswer | None = None  # until the clock has brought another reference
         self._real_time = ask_for_real_time(own.priority)
         self._enter('waiting')
         self.by_wall_clock(own.control_period, self._on_period)
@@ -158,10 +161,12 @@ class BoardNode(KhrNode):
         if self.state == 'running':
             self._punctuality.tick(now, own.control_period, 1.0)
         answered = self._answered
+        self._check_first_reference()
         driver.step(*self._fresh_inputs(now))
         if answered:
             self._to_servo.add(time.monotonic() - self._read_at)
         if self.state == 'waiting' and driver.state == 'running':
+            self._ramped_to = self._answers[GAIT]
             self._enter('running')
         elif self.state == 'running':
             self.now_ns += self._period_ns
@@ -179,6 +184,20 @@ class BoardNode(KhrNode):
         if now - self._reported > REPORT_PERIOD:
             self._reported = now
             self._report()
+
+    def _check_first_reference(self) -> None:
+        """Ramp, with the clock at rest, if its first new reference is far from the ramp's end.
+
+        A gait answers each stamp once: one that was changed meanwhile shows only then.
+        """
+        known, newest = self._ramped_to, self._answers.get(GAIT)
+        if not known or not newest or newest.stamp_ns <= known.stamp_ns:
+            return
+        self._ramped_to = None
+        if self.state == 'running' and jumps(known.position, newest.position):
+            self.driver.ramp_again()
+            self.state = 'waiting'
+            self._punctuality.rest()
 
     def _end(self) -> None:
         """Hold the robot at the end of the run; a fault of the driver ends it otherwise."""
