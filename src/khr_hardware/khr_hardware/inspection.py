@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import degrees
 
 from khr_common.errors import KhrError
@@ -12,6 +13,9 @@ from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, Mixing, ServoRecord
+
+STILL = 30  # counts, 1 deg: a servo that moves less between two readings is at rest
+STILL_READS = 20  # readings until it is held even so; a begun move goes on for its cycles
 
 
 @dataclass(frozen=True)
@@ -119,17 +123,38 @@ def torque_of(record: ServoRecord) -> str:
     return {FREE: 'free', HOLD: 'hold'}.get(record.reference, str(record.reference))
 
 
-def hold_pose(client: Client, joint_map: JointMap) -> None:
+def hold_pose(
+    client: Client, joint_map: JointMap, wait: Callable[[float], None] = time.sleep
+) -> None:
     """Switch the torque on with every servo at its present position.
 
     The measured positions are written as targets, because manuals and clients disagree about the
     meaning of 0x7FFF. The ROM program and the mixings are stopped first: either moves servos.
 
+    Args:
+        client: of the board.
+        joint_map: of the robot.
+        wait: sleep function, s.
+
     Raises:
-        BoardError: if a servo does not answer; then nothing is written.
+        BoardError: if a servo does not answer; before the program is stopped, nothing is written.
         KhrError: if a position is outside the servo's range.
     """
     seen = inspect(client, joint_map)
+    positions = _targets(seen, joint_map)
+    silence(client, seen, seen.config.quiet())
+    for _ in range(STILL_READS):
+        wait(2 * seen.config.cycle)  # the cycle under way still moves them
+        before = positions
+        records = {ics: client.record(ics) for ics in positions}
+        positions = _targets(replace(seen, records=records), joint_map)
+        if all(abs(positions[ics] - before[ics]) <= STILL for ics in positions):
+            break
+    client.move(positions)
+
+
+def _targets(seen: Inspection, joint_map: JointMap) -> dict[int, int]:
+    """Return the measured positions by ICS number, as targets that the servos accept."""
     seen.pose(joint_map)  # raises if a servo does not answer
     positions = {ics: record.measured for ics, record in seen.records.items()}
     for ics, position in positions.items():
@@ -139,8 +164,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
                 f'{joint_map.joint_of(ics)}: position {raw} is not accepted; accepted: '
                 f'{memory.LOWEST} to {memory.HIGHEST}'
             )
-    silence(client, seen, seen.config.quiet())
-    client.move(positions)
+    return positions
 
 
 def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:

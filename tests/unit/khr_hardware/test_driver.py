@@ -308,3 +308,23 @@ def test_holding_in_place_stops_what_would_move_the_servos():
         rig.board.cycle()
     assert rig.board.robot.positions == before and None not in rig.targets
     assert not rig.board.config.program and not rig.board.config.jumps
+
+
+@pytest.mark.parametrize('more', [0, 50])
+def test_it_holds_where_the_servos_are_once_nothing_moves_them(more):
+    """The ROM program moves a knee with every exchange, and its last move goes on for a while."""
+    rig, left = Rig(), [more]
+    answer = rig.board.answer
+
+    def moving(frame):
+        left[0] -= not rig.board.config.program
+        if left[0] >= 0:
+            rig.board.robot.positions[16] += 18
+            rig.board.sample()
+        return answer(frame)
+
+    rig.board.answer = moving
+    hold_pose(rig.client, MAP, wait=lambda _: None)
+    knee = rig.board.record(16)
+    assert not rig.board.config.program and left[0] < 0
+    assert knee.end == knee.measured
