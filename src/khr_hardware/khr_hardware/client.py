@@ -45,7 +45,7 @@ class Counts:
     command: int = 0  # reply to another command
     refused: int = 0  # NCK
     stray: int = 0  # unexpected bytes
-    failed: int = 0  # exchanges given up
+    failed: int = 0  # exchanges given up, and positions of servos that do not answer
 
     def figures(self) -> dict[str, str]:
         """Return the counts as texts."""
@@ -257,9 +257,17 @@ class Client:
         return ServoRecord.decode(self.read_ram(memory.record_address(ics), memory.RECORD_SIZE))
 
     def measured(self, ics: int) -> int:
-        """Return the last reported position of a servo minus its trim, counts."""
+        """Return the last reported position of a servo minus its trim, counts.
+
+        Raises:
+            NoReplyError: if the servo does not answer; its position is then 0.
+        """
         address = memory.record_address(ics) + memory.MEASURED
-        return int.from_bytes(self.read_ram(address, 2), 'little')
+        position = int.from_bytes(self.read_ram(address, 2), 'little')
+        if not position:
+            self.counts.failed += 1
+            raise NoReplyError(f'no answer from the servo with ICS number {ics}')
+        return position
 
     def set_mixing(self, ics: int, slot: int, mixing: Mixing) -> None:
         """Write source and ratio of one of the two mixings of a servo, in one write."""

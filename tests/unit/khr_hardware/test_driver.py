@@ -15,7 +15,7 @@ from khr_hardware.errors import BoardError
 from khr_hardware.inspection import hold_pose
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.commands import SHORTEST
-from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, Mixing
+from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, MEASURED, Mixing, record_address
 from tests.fakes.boards import STANCE, Rig
 
 MAP = JointMap.load()
@@ -230,6 +230,21 @@ def test_failed_reads_are_a_fault_after_more_of_them(rig):
         assert rig.driver.state == 'running'
         rig.period()
     assert rig.driver.state == 'fault' and 'reads failed' in rig.driver.reason
+
+
+def test_a_servo_that_no_longer_answers_is_a_failed_read_and_keeps_its_last_angle(rig):
+    rig.run()
+    rig.periods(5)
+    knee = rig.driver.pose[JOINTS.index('l_knee')]
+    rig.board.robot.positions.pop(16)
+    rig.client.write_ram(record_address(16) + MEASURED, b'\0\0')
+    failed = rig.client.counts.failed
+    rig.periods(5)
+    assert rig.driver.state == 'running' and rig.client.counts.failed > failed
+    assert rig.driver.pose[JOINTS.index('l_knee')] == knee
+    rig.periods(MAX_FAILED_READS)
+    assert rig.driver.state == 'fault'
+    assert rig.driver.reason == '10 reads failed: no answer from the servo with ICS number 16'
 
 
 @pytest.mark.parametrize('config', [0x809B, 0x8091])
