@@ -12,8 +12,11 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
 from khr_common.errors import KhrError
 from khr_hardware.client import Client
+from khr_hardware.errors import BoardError, RefusedError
 from khr_hardware.feedback import BoardLoop, deploy, undo
+from khr_hardware.gyro import REST_SAMPLES
 from khr_hardware.joint_map import JointMap
+from khr_hardware.protocol.commands import refusal
 from khr_hardware.protocol.memory import Mixing
 from tests.fakes.boards import Loopback
 from tests.support.served import BOARD_UNITS, served
@@ -111,6 +114,71 @@ def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
     monkeypatch.setattr(Client, 'set_ad_reference', lambda *_: None)
     with pytest.raises(KhrError, match='AD_ref of AD1: 512 was read back; expected: 507'):
         write(rig[2], loop_of(WALK, MAP))
+
+
+def refusing(board, accepted, refused):
+    """Have a board refuse some of the next mixings: first it accepts so many."""
+    turn, answer = count(), board.answer
+
+    def answer_some(frame):
+        mixing = frame.body[:1] == b'\x02' and len(frame.body) == 7
+        busy = mixing and accepted <= next(turn) < accepted + refused
+        return refusal(frame.command) if busy else answer(frame)
+
+    board.answer = answer_some
+
+
+def test_a_deploy_that_fails_midway_leaves_the_board_as_it_was_and_can_be_repeated(rig):
+    board, _, client = rig
+    client.set_mixing(18, 0, Mixing.of_ad(3, -7))
+    before, kept, loop = bytes(board.ram), [], loop_of(WALK, MAP)
+    refusing(board, accepted=5, refused=3)  # an exchange is tried three times
+    with pytest.raises(RefusedError, match='refuses'):
+        deploy(client, MAP, loop, kept.append, wait=lambda _: None)
+    assert bytes(board.ram) == before and not kept
+    (data,) = write(client, loop)
+    assert data['mixings']['18'] == [Mixing.of_ad(3, -7).source, Mixing.of_ad(3, -7).ratio]
+
+
+def test_a_deploy_that_is_interrupted_or_cannot_keep_the_values_leaves_the_board_as_it_was(rig):
+    board, _, client = rig
+    before, waits = bytes(board.ram), count()
+
+    def interrupt(_):
+        if next(waits) == REST_SAMPLES + 2:
+            assert board.record(18).mixings[0].active
+            raise KeyboardInterrupt
+
+    def full(_):
+        raise OSError('the disk is full')
+
+    with pytest.raises(KeyboardInterrupt):
+        deploy(client, MAP, loop_of(WALK, MAP), lambda _: None, wait=interrupt)
+    assert bytes(board.ram) == before
+    with pytest.raises(OSError, match='full'):
+        deploy(client, MAP, loop_of(WALK, MAP), full, wait=lambda _: None)
+    assert bytes(board.ram) == before
+
+
+def test_a_deploy_that_cannot_be_taken_back_keeps_the_former_values_for_undo(rig):
+    board, _, client = rig
+    before, kept = bytes(board.ram), []
+    refusing(board, accepted=5, refused=6)
+    with pytest.raises(BoardError, match=r'\A[^\n]* repeat the command with --undo, or switch'):
+        deploy(client, MAP, loop_of(WALK, MAP), kept.append, wait=lambda _: None)
+    assert not board.record(19).mixings[0].active, 'restored as far as the board answers'
+    undo(client, *kept)
+    assert bytes(board.ram) == before
+
+
+@pytest.mark.parametrize(('address', 'data'), [(0x44 + 36, b'\xff\xff'), (0x90 + 364, b'\0\0')])
+def test_a_board_without_a_servo_of_the_loop_is_refused_by_its_joint(rig, address, data):
+    board, _, client = rig
+    board.ram[address : address + 2] = data
+    before, kept = bytes(board.ram), []
+    with pytest.raises(BoardError, match='no answer from the servos of l_ankle_pitch'):
+        deploy(client, MAP, loop_of(WALK, MAP), kept.append, wait=lambda _: None)
+    assert bytes(board.ram) == before and not kept
 
 
 def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):

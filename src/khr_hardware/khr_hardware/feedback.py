@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import ceil
 from typing import Any
 
@@ -18,7 +19,7 @@ from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.client import Client
 from khr_hardware.errors import BoardError
 from khr_hardware.gyro import REST_SAMPLES, RestingGyro, rest_level
-from khr_hardware.joint_map import COUNT, GyroWiring, JointMap
+from khr_hardware.joint_map import COUNT, GyroWiring, JointMap, ServoWiring
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.memory import Mixing, ServoRecord
 
@@ -107,14 +108,7 @@ class Feedback:
             BoardError: if the board does not accept a write.
         """
         self._round, self._waited = [], STEP_PAUSE
-        failed: BoardError | None = None
-        for joint in self.mixed:
-            try:
-                self._write(joint, 0)
-            except BoardError as error:
-                failed = error
-        if failed:
-            raise failed
+        _write_all([partial(self._write, joint, 0) for joint in self.mixed])
         if self._former is not None:
             self._write_reference(self._former)
             self._former = None
@@ -166,17 +160,19 @@ def deploy(
         client: of the board.
         joint_map: with a gyro.
         loop: to write.
-        keep: called with the former values, for :func:`undo`, before the first write.
+        keep: called with the former values, for :func:`undo`, once the loop works, or if it failed
+            and the board could not be restored.
         wait: sleep function, s.
 
     Raises:
-        KhrError: if another mixing also reads the gyro, the robot is not at rest, or the
-            values read back differ.
+        KhrError: if a servo of the loop does not answer, another mixing also reads the gyro, the
+            robot is not at rest, or the values read back differ.
         BoardError: if the board does not answer.
     """
     channel = gyro_of(joint_map).channel
     servos = {joint_map.servos[joint]: factor for joint, factor in loop.factors.items()}
     records = {ics: client.record(ics) for ics in client.assigned()}
+    _check_present(records, loop.factors, joint_map)
     _check_alone(records, [servo.ics for servo in servos], channel, joint_map)
     reference = client.ad_references()[channel]
     seen = []
@@ -186,7 +182,23 @@ def deploy(
     zero = rest_level(seen) + loop.offset
     mixings = {servo.ics: records[servo.ics].mixings[MIXING_SLOT] for servo in servos}
     held = {str(ics): [mixing.source, mixing.ratio] for ics, mixing in mixings.items()}
-    keep({'channel': channel, 'reference': reference, 'mixings': held})
+    former = {'channel': channel, 'reference': reference, 'mixings': held}
+    try:
+        _write_loop(client, channel, zero, servos, wait)
+        keep(former)
+    except BaseException as error:  # also Ctrl-C: a part of the loop would tilt the robot
+        _take_back(client, former, keep, str(error) or type(error).__name__)
+        raise
+
+
+def _write_loop(
+    client: Client,
+    channel: int,
+    zero: int,
+    servos: Mapping[ServoWiring, int],
+    wait: Callable[[float], None],
+) -> None:
+    """Write AD_ref and the mixings of servos, raise their factors, and read all back."""
     for servo in servos:
         client.set_mixing(servo.ics, MIXING_SLOT, Mixing(memory.NO_SOURCE, 0))
     client.set_ad_reference(channel, zero)
@@ -202,6 +214,32 @@ def deploy(
             raise KhrError(f'ICS {servo.ics}: mixing {found} was read back; expected: {expected}')
     if (read := client.ad_references()[channel]) != zero:
         raise KhrError(f'AD_ref of AD{channel}: {read} was read back; expected: {zero}')
+
+
+def _take_back(
+    client: Client, former: dict[str, Any], keep: Callable[[dict[str, Any]], None], cause: str
+) -> None:
+    """Restore the board after a failure; keep its former values if it does not accept them."""
+    try:
+        undo(client, former)
+    except BoardError as error:
+        keep(former)
+        raise BoardError(
+            f'{cause}; the board could not be restored ({error}): repeat the command with --undo, '
+            'or switch the battery off'
+        ) from error
+
+
+def _check_present(
+    records: Mapping[int, ServoRecord], joints: Iterable[str], joint_map: JointMap
+) -> None:
+    """Refuse a board on which a servo of the loop does not answer."""
+    numbers = {joint: joint_map.servos[joint].ics for joint in joints}
+    missing = [
+        joint for joint, ics in numbers.items() if ics not in records or not records[ics].measured
+    ]
+    if missing:
+        raise BoardError(f'no answer from the servos of {", ".join(missing)}')
 
 
 def _check_alone(
@@ -220,11 +258,11 @@ def _check_alone(
 
 
 def undo(client: Client, data: Any) -> None:
-    """Restore the values that :func:`deploy` passed to ``keep``.
+    """Restore the values that :func:`deploy` passed to ``keep``, each even if another fails.
 
     Raises:
         KhrError: if the data has another form.
-        BoardError: if the board does not answer.
+        BoardError: if the board does not accept a write.
     """
     try:
         channel, reference = int(data['channel']), int(data['reference'])
@@ -234,8 +272,24 @@ def undo(client: Client, data: Any) -> None:
         raise KhrError(
             f'undo: {json.dumps(data)[:80]} is not accepted; accepted: the file of khr board deploy'
         ) from error
-    for ics, mixing, _ in frames:
-        client.set_mixing(ics, MIXING_SLOT, Mixing(mixing.source, 0))
-    client.set_ad_reference(channel, reference)
-    for ics, mixing, _ in frames:
-        client.set_mixing(ics, MIXING_SLOT, mixing)
+    writes: list[Callable[[], None]] = [
+        *(
+            partial(client.set_mixing, ics, MIXING_SLOT, Mixing(mixing.source, 0))
+            for ics, mixing, _ in frames
+        ),
+        partial(client.set_ad_reference, channel, reference),
+        *(partial(client.set_mixing, ics, MIXING_SLOT, mixing) for ics, mixing, _ in frames),
+    ]
+    _write_all(writes)
+
+
+def _write_all(writes: Sequence[Callable[[], None]]) -> None:
+    """Do every write, also if another fails, and then raise the last error."""
+    failed: BoardError | None = None
+    for write in writes:
+        try:
+            write()
+        except BoardError as error:
+            failed = error
+    if failed:
+        raise failed
