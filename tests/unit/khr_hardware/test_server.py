@@ -1,5 +1,7 @@
 """A virtual board behind a pseudo-terminal, driven by our client and by one nobody here wrote."""
 
+import time
+
 import numpy as np
 import pytest
 from rcb4.rcb4interface import RCB4Interface
@@ -116,6 +118,18 @@ def test_on_a_wire_a_reply_takes_as_long_as_its_bytes_and_the_board(tmp_path):
     wired = served(board, tmp_path, wire=Wire(reply=0.5))
     with wired as (_, line), pytest.raises(NoReplyError):
         connect(line, 1_250_000, timeout=0.01)
+
+
+def test_a_computer_that_is_slower_than_the_board_answers_all_the_same(tmp_path):
+    board = bench_board()
+    cycle, period = board.cycle, board.config.cycle
+    board.cycle = lambda: (time.sleep(1.1 * period), cycle())
+    with served(board, tmp_path) as (server, line):
+        client, _ = connect(line, 1_250_000, timeout=0.5)
+        for _ in range(5):
+            assert client.ad()[:2] == (450, 0)
+        client.close()
+    assert server.cycles > 5
 
 
 def test_a_line_is_of_one_client_and_ends_it_when_it_goes(tmp_path):

@@ -197,7 +197,9 @@ class Server:
                 due = max(due + cycle, now)  # a slow computer skips cycles
                 if not self._pass_cycle():
                     return
-                continue
+                now = (
+                    time.monotonic()
+                )  # input is served also if cycles are longer than their period
             self._send_due(now)
             wait = TICK if self._stepped else max(0.0, due - now)
             if self._outgoing:
