@@ -92,6 +92,48 @@ def test_a_closed_node_receives_nothing_more(monkeypatch):
     assert node.heard[True] == node.configured[True] == 0
 
 
+# Two nodes keep something, the first of which cannot be closed, and the last node has a bug.
+BROKEN = """
+import sys
+from dataclasses import dataclass
+from khr_common.block import NodeSpec
+from khr_common.nodes.node import KhrNode
+from khr_common.nodes.spin import run_nodes
+
+@dataclass(frozen=True)
+class Table:
+    pass
+
+class Keeping(KhrNode):
+    keeps = True
+
+    def close(self):
+        print(f'{self.label} closes, {self.context.ok()}', flush=True)
+        if self.label == 'robot':
+            raise RuntimeError('no answer')
+
+class Broken(KhrNode):
+    def __init__(self, spec):
+        super().__init__(spec)
+        self.by_wall_clock(0.05, self.fall)
+
+    def fall(self):
+        raise ValueError('a bug in another node')
+
+kinds = {'robot': 'Keeping', 'recorder': 'Keeping', 'broken': 'Broken'}
+sys.exit(run_nodes([
+    NodeSpec(name, 'khr_common', Table, node=f'__main__:{kind}') for name, kind in kinds.items()
+]))
+"""
+
+
+def test_an_exception_in_a_node_closes_the_others_that_keep_something():
+    done = run_python(BROKEN)
+    assert done.stdout.splitlines() == ['robot closes, True', 'recorder closes, True']
+    assert done.returncode == 1 and 'ValueError: a bug in another node' in done.stderr
+    assert 'robot: RuntimeError: no answer' in done.stderr
+
+
 # What hangs at the end of a process comes after all is closed.
 STUCK = """
 import atexit, sys, time

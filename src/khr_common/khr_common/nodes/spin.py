@@ -116,6 +116,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
     finally:
+        _close_keepers(nodes)
         _leave(nodes, executor)
 
 
@@ -123,6 +124,23 @@ def _join(nodes: Sequence[KhrNode]) -> None:
     """Make the nodes of this process known to one another."""
     for node in nodes:
         node.join([other for other in nodes if other is not node])
+
+
+def _close_keepers(nodes: Sequence[KhrNode]) -> None:
+    """Close the nodes that an exception left open and that keep something: a robot, a recording.
+
+    One that cannot be closed must not keep the others open, nor hide the exception.
+    """
+    for node in nodes:
+        if node.closed or not node.keeps:
+            continue
+        node.closed = True
+        try:
+            node.close()
+        except Exception as error:
+            node.fail(f'{type(error).__name__}: {error}')
+        if node.failure:
+            print(f'{node.label}: {node.failure}', file=sys.stderr, flush=True)
 
 
 def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
