@@ -2,6 +2,7 @@
 
 import json
 from itertools import count
+from unittest import mock
 
 import pytest
 from typer.testing import CliRunner
@@ -134,7 +135,7 @@ def test_a_deploy_that_fails_midway_leaves_the_board_as_it_was_and_can_be_repeat
     before, kept, loop = bytes(board.ram), [], loop_of(WALK, MAP)
     refusing(board, accepted=5, refused=3)  # an exchange is tried three times
     with pytest.raises(RefusedError, match='refuses'):
-        deploy(client, MAP, loop, kept.append, wait=lambda _: None)
+        deploy(client, MAP, loop, kept.append, kept.clear, wait=lambda _: None)
     assert bytes(board.ram) == before and not kept
     (data,) = write(client, loop)
     assert data['mixings']['18'] == [Mixing.of_ad(3, -7).source, Mixing.of_ad(3, -7).ratio]
@@ -164,8 +165,10 @@ def test_a_deploy_that_cannot_be_taken_back_keeps_the_former_values_for_undo(rig
     board, _, client = rig
     before, kept = bytes(board.ram), []
     refusing(board, accepted=5, refused=6)
+    forget = mock.Mock()
     with pytest.raises(BoardError, match=r'\A[^\n]* repeat the command with --undo, or switch'):
-        deploy(client, MAP, loop_of(WALK, MAP), kept.append, wait=lambda _: None)
+        deploy(client, MAP, loop_of(WALK, MAP), kept.append, forget, wait=lambda _: None)
+    forget.assert_not_called()
     assert not board.record(19).mixings[0].active, 'restored as far as the board answers'
     undo(client, *kept)
     assert bytes(board.ram) == before

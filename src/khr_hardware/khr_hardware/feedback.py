@@ -152,16 +152,19 @@ def deploy(
     joint_map: JointMap,
     loop: BoardLoop,
     keep: Callable[[dict[str, Any]], None],
+    forget: Callable[[], None] = lambda: None,
     wait: Callable[[float], None] = time.sleep,
 ) -> None:
     """Write a loop to the board, raise its factors in steps, and read it back.
+
+    If that fails or is interrupted, the board gets its former values back.
 
     Args:
         client: of the board.
         joint_map: with a gyro.
         loop: to write.
-        keep: called with the former values, for :func:`undo`, once the loop works, or if it failed
-            and the board could not be restored.
+        keep: called with the former values, for :func:`undo`, before the first change.
+        forget: called once a failed loop is taken back.
         wait: sleep function, s.
 
     Raises:
@@ -183,11 +186,12 @@ def deploy(
     mixings = {servo.ics: records[servo.ics].mixings[MIXING_SLOT] for servo in servos}
     held = {str(ics): [mixing.source, mixing.ratio] for ics, mixing in mixings.items()}
     former = {'channel': channel, 'reference': reference, 'mixings': held}
+    keep(former)
     try:
         _write_loop(client, channel, zero, servos, wait)
-        keep(former)
     except BaseException as error:  # also Ctrl-C: a part of the loop would tilt the robot
-        _take_back(client, former, keep, str(error) or type(error).__name__)
+        _take_back(client, former, str(error) or type(error).__name__)
+        forget()
         raise
 
 
@@ -216,14 +220,15 @@ def _write_loop(
         raise KhrError(f'AD_ref of AD{channel}: {read} was read back; expected: {zero}')
 
 
-def _take_back(
-    client: Client, former: dict[str, Any], keep: Callable[[dict[str, Any]], None], cause: str
-) -> None:
-    """Restore the board after a failure; keep its former values if it does not accept them."""
+def _take_back(client: Client, former: dict[str, Any], cause: str) -> None:
+    """Restore the board after a failure.
+
+    Raises:
+        BoardError: if it does not accept its former values.
+    """
     try:
         undo(client, former)
     except BoardError as error:
-        keep(former)
         raise BoardError(
             f'{cause}; the board could not be restored ({error}): repeat the command with --undo, '
             'or switch the battery off'

@@ -167,7 +167,11 @@ def deploy(
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
     with _connected(port, baud) as (client, _):
         feedback.deploy(
-            client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
+            client,
+            joint_map,
+            loop,
+            keep=lambda held: write_text(before, json.dumps(held)),
+            forget=before.unlink,
         )
     for joint, factor in loop.factors.items():
         asked = loop.asked[joint]
