@@ -118,6 +118,9 @@ def _summarise(specification: Sweep, path: Path) -> None:
     Console().print(summary)
 
 
+_Attempt = tuple[Folder, str]  # a folder and the id of its run
+
+
 class _Target(NamedTuple):
     """The folder of a run's row, its columns beside the results, and whether it keeps signals."""
 
@@ -129,9 +132,9 @@ class _Target(NamedTuple):
 def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[list[Row | None]]:
     """Compute the missing runs of sweeps; yield batches of rows after writing them.
 
-    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
-    several rounds; the results of one determine the runs of the next. Workers need no access to
-    the folders: signals are returned with the results and written here.
+    A run that belongs to several sweeps or cases is computed once in a round. A sweep that
+    bisects takes several rounds; the results of one determine the runs of the next. Workers need
+    no access to the folders: signals are returned with the results and written here.
 
     Yields:
         Rows; None for a run over which several workers were lost.
@@ -139,7 +142,7 @@ def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[
     Raises:
         RunError: if the computation cannot go on; finished runs are kept.
     """
-    tried: set[str] = set()
+    tried: set[_Attempt] = set()
     left = sweeps
     while left:
         yield from _round(pool, left, tried)
@@ -148,13 +151,14 @@ def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[
             for sweep, folder in sweeps
             if sweep.bisect
             and any(
-                trial.run not in tried for trial in sweep.due(code_version(), folder.finished())
+                (folder, trial.id) not in tried
+                for trial in sweep.due(code_version(), folder.finished())
             )
         ]
 
 
 def _round(
-    pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
+    pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[_Attempt]
 ) -> Iterator[list[Row | None]]:
     """Compute the runs that are due and not in ``tried``; add them to it."""
     due = [(sweep, folder, folder.finished()) for sweep, folder in sweeps]
@@ -162,7 +166,7 @@ def _round(
     def missing() -> Iterator[tuple[Trial, Folder]]:
         for sweep, folder, finished in due:
             for trial in sweep.due(code_version(), finished):
-                if trial.run not in tried:
+                if (folder, trial.id) not in tried:
                     yield trial, folder
 
     targets: dict[str, list[_Target]] = {}  # by run; trials would take too much memory
@@ -171,9 +175,12 @@ def _round(
         targets.setdefault(trial.run, []).append(_Target(folder, labels, trial.keep))
 
     def tasks() -> Iterator[tuple[str, Trial]]:
-        for trial, _ in missing():
-            tried.add(trial.run)
-            yield trial.run, replace(trial, keep=any(one.keep for one in targets[trial.run]))
+        begun: set[str] = set()
+        for trial, folder in missing():
+            tried.add((folder, trial.id))
+            if trial.run not in begun:
+                begun.add(trial.run)
+                yield trial.run, replace(trial, keep=any(one.keep for one in targets[trial.run]))
 
     for batch in compute(pool, run_trial, tasks()):
         yield _write([(target, result) for run, result in batch for target in targets[run]])

@@ -1,5 +1,7 @@
 """A sweep that bisects runs along the limit, finds it, and never runs for ever."""
 
+from contextlib import ExitStack
+
 import pytest
 
 from khr_sweeps import sweep
@@ -18,6 +20,12 @@ grid:
 """
 SWEEP = parse_sweep(TEXT, 'mine.yaml')
 VALUES = SWEEP.axes[INCLINATION].values
+GRID = parse_sweep(
+    TEXT.replace('bisect: simulator.inclination_deg\n', '').replace(
+        '{start: 0.0, stop: 7.0, step: 0.5}', '[1.5, 5.5]'
+    ),
+    'grid.yaml',
+)
 LARGEST = 4  # runs of a line: 2**4 - 1 values
 
 LIMITS = {(6.0, 0): -1.0, (6.0, 1): 3.0, (12.0, 0): 5.2, (12.0, 1): 8.0}  # by gain and seed, deg
@@ -44,10 +52,17 @@ def computed(monkeypatch):
     return done, lost
 
 
-def sweep_into(folder):
-    request = {'version': 'v', **SWEEP.record()}
-    with Folder(folder, request) as open_folder:
-        return [row for batch in sweep.run_missing(None, [(SWEEP, open_folder)]) for row in batch]
+def sweep_into(folder, *others):
+    """Compute the bisection into a folder, and beside it other sweeps into those of their names."""
+    with ExitStack() as stack:
+        plan = [
+            (each, stack.enter_context(Folder(path, {'version': 'v', **each.record()})))
+            for each, path in [
+                (SWEEP, folder),
+                *((one, folder.with_name(one.name)) for one in others),
+            ]
+        ]
+        return [row for batch in sweep.run_missing(None, plan) for row in batch]
 
 
 def test_rounds_go_on_until_every_limit_is_found_and_resume(computed, tmp_path):
@@ -61,6 +76,13 @@ def test_rounds_go_on_until_every_limit_is_found_and_resume(computed, tmp_path):
         lost = [row[INCLINATION] for row in line if not row['stayed_up']]
         assert max(stayed, default=None) == max([x for x in VALUES if x <= limit], default=None)
         assert min(lost, default=None) == min([x for x in VALUES if x > limit], default=None)
+    assert sweep_into(tmp_path / 'sweep') == []
+
+
+@pytest.mark.usefixtures('computed')
+def test_runs_that_another_sweep_shares_do_not_end_a_line(tmp_path):
+    rows = sweep_into(tmp_path / 'sweep', GRID)
+    assert len(rows) == LARGEST * 4 + GRID.count
     assert sweep_into(tmp_path / 'sweep') == []
 
 
