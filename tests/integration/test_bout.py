@@ -89,7 +89,7 @@ def test_a_recorded_bout_is_played_with_both_robots_in_their_suits(fought):
 @pytest.mark.parametrize(
     ('arguments', 'says'),
     [
-        (['view', 'shove', '--duration', '5'], '--duration: 5.0 is not accepted of a bout'),
+        (['view', 'shove', '--duration', '5'], 'of a bout; accepted: --set referee.time_limit='),
         (['run', 'shove'], 'shove: a bout; accepted: khr bout shove'),
         (['bout', 'shove', '--offline', '--view'], '--view: not with --offline'),
         (['bout', 'shove', '--set', 'referee.round=3'], 'did you mean rounds?'),

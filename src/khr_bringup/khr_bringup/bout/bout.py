@@ -44,6 +44,14 @@ SHIPPED = CONFIG / 'bouts'
 SIMULATOR = 'simulator'
 AT_ROOT = (SIMULATOR, RECORDER.name)  # nodes that the robots share
 NEVER_TILTED = 180.0  # deg: the referee ends a round, not the simulator
+# Parameters that follow from those of others in every bout; so do the seeds of all other nodes.
+FOLLOWS = {
+    (SIMULATOR, 'duration'): f'{REFEREE}.time_limit',
+    (SIMULATOR, 'stop_when_tilted_deg'): f'{REFEREE}.fall_tilt_deg',
+    (MONITOR.name, 'fall_tilt_deg'): f'{REFEREE}.fall_tilt_deg',
+    (MONITOR.name, 'fall_height'): f'{REFEREE}.fall_height',
+    (MONITOR.name, 'fall_time'): f'{REFEREE}.down_time',
+}
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,8 @@ class Bout:
                 ``referee.key=value``.
 
         Raises:
-            KhrError: if a text is not of that form, or a value is not accepted.
+            KhrError: if a text is not of that form, a value is not accepted, or a parameter
+                follows from another one in a bout.
         """
         given = list(texts)
         if not given:
@@ -109,9 +118,10 @@ class Bout:
                 continue
             for name in chosen:
                 own[name].append(rest)
-        robots = {
-            name: scenario.changed(changes_of(own[name])) for name, scenario in self.robots.items()
-        }
+        changes = {name: changes_of(own[name]) for name in ROBOTS}
+        for each in changes.values():
+            _refuse_following(each)
+        robots = {name: robot.changed(changes[name]) for name, robot in self.robots.items()}
         title = ', '.join([self.title or self.name, *last_of_each(given)])[:LONGEST]
         found = _rules(self.name, self._stated_rules | rules)
         return _checked(self.name, replace(self, rules=found, robots=robots, title=title))
@@ -209,6 +219,17 @@ def parse_bout(text: str, file: str, name: str) -> Bout:
             )
     robots = {robot: with_installed_engine(parse(text, file, robot, robot)) for robot in ROBOTS}
     return _checked(file, Bout(name, _rules(file, rules), robots, title_of(text)))
+
+
+def _refuse_following(changes: Mapping[tuple[str, str], Any]) -> None:
+    """Refuse changes that a bout would overwrite, and name the parameters to change instead."""
+    for (node, key), value in changes.items():
+        seed = key == 'seed' and node != SIMULATOR
+        source = f'{SIMULATOR}.seed' if seed else FOLLOWS.get((node, key))
+        if source:
+            raise KhrError.refused(
+                f'{node}.{key}', value, f'{source}, from which it follows in a bout'
+            )
 
 
 def _rules(file: str, values: Mapping[str, Any]) -> RefereeParameters:

@@ -87,6 +87,28 @@ def test_changes_are_of_both_of_one_or_of_the_rules():
 
 
 @pytest.mark.parametrize(
+    ('text', 'instead'),
+    [
+        ('simulator.duration=5', 'referee.time_limit'),
+        ('red.simulator.stop_when_tilted_deg=40', 'referee.fall_tilt_deg'),
+        ('blue.gyro.seed=3', 'simulator.seed'),
+        ('foot_force.seed=3', 'simulator.seed'),
+    ],
+)
+def test_a_change_that_a_bout_would_overwrite_is_refused_with_the_key_to_change(text, instead):
+    with pytest.raises(KhrError, match=f'; accepted: {instead}, from which') as error:
+        bout().set_to([text])
+    assert text.partition('=')[0].endswith(str(error.value).partition(':')[0])
+    assert bout(bout().to_yaml()).rules == bout().rules, 'a file that states all values is read'
+
+
+def test_every_key_of_the_monitor_that_the_rules_set_is_refused():
+    for key, value in bout().rules.down.items():
+        with pytest.raises(KhrError, match=rf'^monitor\.{key}: .*; accepted: referee\.'):
+            bout().set_to([f'monitor.{key}={value}'])
+
+
+@pytest.mark.parametrize(
     ('before', 'after', 'said'),
     [
         ('rounds: 3', 'round: 3', 'referee: round: no such parameter; did you mean rounds?'),

@@ -220,9 +220,12 @@ def view(
         raise KhrError(f'--namespace: {source} is no recording; accepted: one of several robots')
     settings = settings_of(set_, engine, ka, kh)
     if is_bout(source):
-        for option, given in (('--duration', duration), ('--robot', robot)):
+        for option, given, instead in (
+            ('--duration', duration, '--set referee.time_limit=SECONDS'),
+            ('--robot', robot, '--set'),
+        ):
             if given:
-                raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: --set')
+                raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: {instead}')
         bout = load_bout(source).set_to(settings)
         paced = replace(bout.set_to([f'simulator.pace={pace!r}']), title=bout.title)
         way = RunOptions(one_process=True, record=record, domain=domain)
