@@ -173,7 +173,7 @@ def tune(
     Args:
         scenario: Scenario with motion and slope: a name or file; in Python also a loaded one.
         set: Change parameters of the scenario, ``node.parameter=value`` (in Python a dict of names
-            and values).
+            and values), but not seed and initial tilt, which the search sets.
         engine: Physics engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         gait: Search the gait's placement of the centre of mass as well.
         robust: Find gains that hold for every robot of the ensemble that calibrate found.

@@ -8,6 +8,7 @@ from khr_balance.controllers import AnkleControllerParameters, HipControllerPara
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.robots import constants_of
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.trial import Row
@@ -21,6 +22,21 @@ ENGINE = ('simulator', 'engine')
 def with_seed(seed: int) -> Changes:
     """Return the changes for a seed: the seed, and a small error of the initial posture."""
     return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
+
+
+def check_start(scenario: Scenario) -> None:
+    """Refuse a scenario that states other values than :func:`with_seed`, which would replace them.
+
+    The defaults are accepted: a recorded run states all values.
+    """
+    stated, default = scenario.table(RunParameters), RunParameters()
+    for (node, key), own in with_seed(0):
+        value, accepted = getattr(stated, key), (getattr(default, key), own)
+        if value not in accepted:
+            values = ' or '.join(f'{each:g}' for each in dict.fromkeys(accepted))
+            raise KhrError.refused(
+                f'{scenario.name}: {node}.{key}', value, f'{values}: each run has its own'
+            )
 
 
 # Parameters that a search of a limit sets for each of its runs.

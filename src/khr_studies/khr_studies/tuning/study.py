@@ -25,7 +25,7 @@ from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.checks import integer
 from khr_common.errors import KhrError
-from khr_studies.measuring.condition import with_seed
+from khr_studies.measuring.condition import check_start, with_seed
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.optimiser import evolution
@@ -107,7 +107,8 @@ class Question:
     """A search.
 
     Raises:
-        KhrError: if a number is not accepted, or a searched parameter is a constant of a robot.
+        KhrError: if a number is not accepted, a searched parameter is a constant of a robot, or
+            the scenario states a seed or an initial tilt other than those of a search.
     """
 
     scenario: Scenario  # motion, slope and all parameters that are not searched
@@ -122,6 +123,7 @@ class Question:
         integer('--seeds', self.seeds, *SEEDS)
         integer('--candidates', self.candidates, *CANDIDATES)
         integer('--seed', self.seed, 0, 2**31)
+        check_start(self.scenario)
         for robot in self.robots:
             if both := sorted(set(self.names) & set(robot.constants)):
                 raise KhrError(

@@ -15,6 +15,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError, RunError
 from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.condition import with_seed
 from khr_studies.measuring.ensemble_file import Member
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.run_table import run_table
@@ -258,6 +259,19 @@ def test_numbers_are_refused_in_one_line(change, word):
     with pytest.raises(KhrError, match=word) as refusal:
         Question(WALK, GAINS, **change)
     assert '\n' not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'accepted'), [('seed', 5, '0'), ('initial_tilt_deg', 2.0, '0 or 0.3')]
+)
+def test_a_value_that_each_run_of_the_search_replaces_is_refused(key, value, accepted):
+    with pytest.raises(
+        KhrError, match=rf'simulator\.{key}: {value} .*; accepted: {accepted}: each'
+    ):
+        Question(WALK.changed({('simulator', key): value}), GAINS)
+    whole = {('simulator', key): value for key, value in WALK.whole('simulator').items()}
+    Question(WALK.changed(whole), GAINS)  # a recorded run states all values
+    Question(WALK.changed(dict(with_seed(0))), GAINS)
 
 
 @pytest.mark.parametrize(
