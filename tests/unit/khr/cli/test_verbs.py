@@ -2,10 +2,12 @@
 
 import inspect
 import json
+import os
 import shlex
 import subprocess
 import sys
 from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace as Made
 
 import pytest
@@ -14,6 +16,7 @@ from khr import searches
 from khr.cli.app import PANELS
 from khr.cli.options_of import options_of
 from khr.cli.verbs import bouts as verb
+from khr.cli.verbs.options import run_named
 from khr.cli.verbs.recordings import _export_motion
 from khr_bringup.bout.bout import load_bout
 from khr_bringup.graph.graph import RunOptions
@@ -31,6 +34,17 @@ def test_the_settings_of_an_exported_motion_are_quoted(tmp_path, capsys):
     assert words[::2] == ['--set'] * (len(words) // 2)
     played = load_scenario(str(squat)).set_to(words[1::2]).of('gait')
     assert (played['motion_file'], played['repeat']) == (str(file), [0.0, 2.5])
+
+
+def test_last_is_the_run_started_last_whatever_was_written_into_others(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for age, name in enumerate(('new', 'old')):
+        file = tmp_path / 'runs' / name / 'scenario.yaml'
+        file.parent.mkdir(parents=True)
+        file.touch()
+        os.utime(file, (0, 100 - age))
+        os.utime(file.parent, (0, age))
+    assert run_named('last') == Path('runs/new')
 
 
 def test_a_bout_is_repeated_only_while_a_browser_is_connected(monkeypatch):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -163,17 +164,19 @@ def settings_of(
 
 
 def run_named(name: str) -> Path:
-    """Return the folder of a run; ``last`` is the newest one in ``runs``.
+    """Return the folder of a run; ``last`` is the one in ``runs`` that was started last.
+
+    A scenario is written once, at the start; a report or film renews the folder of an old run.
 
     Raises:
         KhrError: if there is none.
     """
     if name != 'last' or Path(name).exists():
         return Path(name)
-    folders = [each.parent for each in RUNS.glob('*/scenario.yaml')]
-    if not folders:
+    started = [*RUNS.glob(f'*/{SCENARIO}')]
+    if not started:
         raise KhrError(f'last: no run in {str(RUNS)!r}; accepted: the folder of a run, or its bag')
-    return max(folders, key=lambda folder: folder.stat().st_mtime)
+    return max(started, key=lambda file: file.stat().st_mtime).parent
 
 
 def recording_named(name: str) -> Path:
