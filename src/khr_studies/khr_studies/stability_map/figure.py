@@ -114,7 +114,9 @@ def _critical(panel: Axes, counted: StabilityMap) -> None:
 
 
 def _best(panel: Axes, counted: StabilityMap) -> None:
-    """Mark the best gain of each inclination."""
+    """Mark the best gain of each inclination, on a map of both."""
+    if counted.best.empty:
+        return
     places = dict(zip(counted.x.labels, counted.x.places, strict=True))
     heights = dict(zip(counted.y.labels, counted.y.places, strict=True))
     panel.plot(counted.best['x'].map(places), counted.best['y'].map(heights), **BEST)

@@ -242,11 +242,17 @@ def slope_gains(results: pa.Table) -> list[Slope]:
             f'sweep over {", ".join(axes)}: not accepted; accepted: a grid of {INCLINATION} and '
             f'{" or ".join(GAINS)}'
         )
-    runs = judged(run_table(results.to_pylist()))
+    rows = ({name: _hashable(value) for name, value in row.items()} for row in results.to_pylist())
+    runs = judged(run_table(rows))
     others = [name for name in axes if name not in (INCLINATION, *gains)]
     by = [*others, INCLINATION]
     cells = tally(runs, [*by, *gains]).sort_values([*by, *gains], kind='stable')
     return [Slope(dict(zip(by, values, strict=True)), part) for values, part in cells.groupby(by)]
+
+
+def _hashable(value: Any) -> Any:
+    """Return a value by which runs can be grouped: a tuple instead of a list."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 def write_gains(slopes: Sequence[Slope], path: Path) -> list[Path]:

@@ -199,6 +199,35 @@ def test_words_make_an_axis_too(folder, tmp_path):
     assert len(draw_map(folder, Z, Y, tmp_path / 'words.png')) == 2
 
 
+PUSHES, PUSH = 'simulator.pushes', 't=1 duration=0.1 link=base_link frame=odom force=1,0,0'
+
+
+@pytest.fixture
+def pushed(tmp_path):
+    """Write a sweep over inclination, gain and lists of pushes; return its folder."""
+    axes = {X: [4.0, 8.0], Y: [6.0, 18.0], PUSHES: [[''], [PUSH], [PUSH, PUSH]]}
+    with Folder(tmp_path / 'sweep', request(axes)) as folder:
+        folder.append(
+            {**row_of(x, y, 'smooth', 2), 'id': f'{x} {y} {pushes}', PUSHES: pushes}
+            for x, y, pushes in product(*axes.values())
+        )
+    return tmp_path / 'sweep'
+
+
+def test_lists_make_an_axis_and_select_runs_too(pushed):
+    counted = stability_map(read_results(pushed), X, PUSHES, {Y: 18.0})
+    assert (counted.of('runs') == 1).all() and counted.of('runs').shape == (3, 2)
+    figure(counted)
+    one = stability_map(read_results(pushed), X, Y, {PUSHES: [PUSH]})
+    assert (one.of('runs') == 1).all() and one.pooled == ()
+
+
+def test_gains_are_listed_for_each_list(pushed):
+    slopes = slope_gains(read_results(pushed))
+    assert len(slopes) == 2 * 3 and {len(each.cells) for each in slopes} == {2}
+    assert gains_page(slopes).startswith('| pushes | inclination, deg |')
+
+
 def test_draws_are_gathered_in_bins_that_lose_none(tmp_path):
     generator = np.random.default_rng(1)
     places = [*generator.uniform((0.0, 6.0), (12.0, 18.0), (300, 2)).tolist(), [12.0, 18.0]]
