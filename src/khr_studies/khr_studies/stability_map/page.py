@@ -268,7 +268,7 @@ def gains_page(slopes: Sequence[Slope]) -> str:
     """Return the table of the slopes as Markdown, with a row for each."""
     others = [name for name in slopes[0].condition if name != INCLINATION]
     columns: Columns[Slope] = {
-        **{name.partition('.')[2]: _value_of(name) for name in others},
+        **{head: _value_of(name) for head, name in zip(_heads(others), others, strict=True)},
         'inclination, deg': lambda slope: f'{slope.condition[INCLINATION]:g}',
         'gains that hold': lambda slope: f'{len(slope.holding)} of {len(slope.cells)}',
         'smallest gains': lambda slope: _cost(slope.smallest),
@@ -276,6 +276,12 @@ def gains_page(slopes: Sequence[Slope]) -> str:
         'least slip': lambda slope: _cost(slope.least(SLIP)),
     }
     return markdown([table(slopes, columns), EXPLAINED])
+
+
+def _heads(names: Sequence[str]) -> list[str]:
+    """Return names of parameters without their node, where that leaves them apart."""
+    short = [name.rpartition('.')[2] for name in names]
+    return [one if short.count(one) == 1 else name for one, name in zip(short, names, strict=True)]
 
 
 def _value_of(name: str) -> Callable[[Slope], str]:

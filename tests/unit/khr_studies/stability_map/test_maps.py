@@ -18,6 +18,7 @@ from khr_studies.stability_map.figure import figure
 from khr_studies.stability_map.page import (
     SLIP,
     VIBRATION,
+    Slope,
     draw_map,
     gains_page,
     slope_gains,
@@ -300,6 +301,18 @@ def test_writes_the_table_and_all_tried_gains(tmp_path):
     assert path.read_text().startswith('| inclination, deg |')
     with data.open(encoding='utf-8') as file:
         assert len(list(csv.DictReader(file))) == 12
+
+
+def test_every_condition_has_a_column_of_its_own():
+    names = ['scenario', 'case', 'gyro.noise', 'foot_force.noise', MU]
+    slope = Slope(
+        dict.fromkeys(names, 1) | {X: 4.0},
+        pd.DataFrame([{'runs': 1, 'up': 0, VIBRATION: None, SLIP: None}]),
+    )
+    head = gains_page([slope]).splitlines()[0]
+    assert head.startswith(
+        '| scenario | case | gyro.noise | foot_force.noise | friction | inclination, deg |'
+    )
 
 
 @pytest.mark.parametrize(
