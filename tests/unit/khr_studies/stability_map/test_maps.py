@@ -3,6 +3,7 @@
 import csv
 import math
 from collections import Counter
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from khr.cli.verbs.studies import draw_stability_map
 from khr_common.errors import KhrError
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.measuring.run_table import run_table, tally
@@ -123,6 +125,26 @@ def test_where_takes_the_runs_of_one_value_and_pooling_is_announced(folder, tmp_
     assert not notes and (tmp_path / 'map.svg').read_bytes().startswith(b'<?xml')
     draw_map(folder, X, Y, None, None, notes.append)
     assert notes == [f'pooled over all values of {Z}; for one of them: --where {Z}=VALUE']
+
+
+def test_the_command_selects_cases_as_its_note_says(tmp_path, capsys):
+    labels = ['1', 'yes', 'a=b']  # none of which is to be read as YAML
+    rows = [
+        {**row_of(x, y, 'smooth', 2), 'id': f'{x} {y} {label}', 'case': label}
+        for x, y, label in product([4.0, 8.0], [6.0, 18.0], labels)
+    ]
+    with Folder(
+        tmp_path / 'sweep', request({'case': labels, X: [4.0, 8.0], Y: [6.0, 18.0]})
+    ) as folder:
+        folder.append(rows)
+    draw = partial(draw_stability_map, tmp_path / 'sweep', X, Y)
+    draw(tmp_path / 'all.svg')
+    assert '; for one of them: --where case=VALUE' in capsys.readouterr().out
+    for label in labels:
+        draw(tmp_path / f'{label}.svg', [f'case={label}'])
+        assert sum(int(row['runs']) for row in read_csv(tmp_path / f'{label}.csv')) == 4
+    with pytest.raises(KhrError, match=r'accepted: case=1 \| yes \| a=b$'):
+        draw(None, ['case=2'])
 
 
 @pytest.mark.parametrize('where', [{Z: 'ice'}, {X: 4.0}])

@@ -216,16 +216,30 @@ def draw_stability_map(
     ] = None,
     where: Annotated[
         list[str] | None,
-        typer.Option(help='Take only the runs with NODE.PARAMETER=VALUE; repeatable.'),
+        typer.Option(
+            help='Take only the runs with NODE.PARAMETER=VALUE, scenario=NAME or case=LABEL; '
+            'repeatable.'
+        ),
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
-    from khr_bringup.scenario.scenario import changes_of
     from khr_studies.stability_map.page import draw_map
 
-    selected = {'.'.join(key): value for key, value in changes_of(where or ()).items()}
+    selected = dict(map(_selection, where or ()))
     for path in draw_map(folder, x, y, out, selected, print):
         print(path)
+
+
+def _selection(text: str) -> tuple[str, Any]:
+    """Read ``node.parameter=value``, or the name of a scenario or case."""
+    from khr_bringup.scenario.scenario import parse_change
+    from khr_sweeps.axes import LABELS
+
+    name, equals, label = text.partition('=')
+    if equals and name in LABELS:
+        return name, label
+    (node, key), value = parse_change(text)
+    return f'{node}.{key}', value
 
 
 def slope_gains(
