@@ -48,7 +48,7 @@ BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
 VIBRATION, SLIP = 'vibration_rad_s', 'largest_slip_m'
 EXPLAINED = (
     'Gains hold a slope if all runs stay up. The costs are medians of these runs: the vibration '
-    '(rms of the pitch rate over the motion) and the largest slip in one stance.'
+    '(rms of the pitch rate above 4 Hz) and the largest slip in one stance.'
 )
 
 

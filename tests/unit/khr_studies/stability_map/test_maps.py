@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr.cli.verbs.studies import draw_stability_map
+from khr_analysis.outcome import MonitorParameters
 from khr_common.errors import KhrError
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.measuring.run_table import run_table, tally
@@ -316,6 +317,7 @@ def test_names_the_gains_that_hold_each_slope_with_their_cost(tmp_path):
     lines = gains_page([flat, middle, steep]).splitlines()
     assert '| 8 | 2 of 4 | K_A 12, K_H 0: 5.7 deg/s, 10.0 mm |' in lines[3]
     assert '| 20 | 0 of 4 | - | - | - |' in lines[4]
+    assert f'pitch rate above {MonitorParameters.vibration_frequency:g} Hz' in lines[-1]
 
 
 def test_writes_the_table_and_all_tried_gains(tmp_path):
