@@ -27,6 +27,7 @@ from khr_sweeps.axes import (
 from khr_sweeps.specification import Cases, Sweep, by_parameter
 
 FAST = 'fast'
+DURATION = 'simulator.duration'
 INITIAL_ERROR = 'simulator.initial_tilt_deg'
 LARGEST_SWEEP = 1_000_000
 VALUES = 'a mapping of node.parameter to a value'
@@ -129,7 +130,7 @@ def _read(where: str, name: str, title: str, given: dict[Any, Any]) -> Sweep:
     sweep = Sweep(
         where, name, title, found, cases, axes, form.samples, form.seeds, bool(form.keep), bisect
     )
-    _check_once(where, form.set, cases, axes)
+    _check_once(where, form, cases, axes)
     _check_starts(where, sweep, form.set)
     if sweep.count > LARGEST_SWEEP:
         raise KhrError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
@@ -154,8 +155,8 @@ def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
     names = form.scenario if isinstance(form.scenario, list) else [form.scenario]
     changes = _values(where, 'set', form.set)
     if form.duration is not None:
-        changes['simulator.duration'] = check_value(
-            f'{where}: duration', parameter_named(where, 'simulator.duration'), form.duration
+        changes[DURATION] = check_value(
+            f'{where}: duration', parameter_named(where, DURATION), form.duration
         )
     found: dict[str, Scenario] = {}
     for name in names:
@@ -205,9 +206,11 @@ def _bisect(where: str, form: SweepForm, axes: dict[str, Axis]) -> str:
     return form.bisect
 
 
-def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:
+def _check_once(where: str, form: SweepForm, cases: Cases, axes: dict[str, Axis]) -> None:
     """Refuse a parameter that is given twice."""
-    of_cases = {name for values in cases.values() for name in values}
+    fixed, of_cases = form.set, {name for values in cases.values() for name in values}
+    if form.duration is not None and DURATION in {*fixed, *of_cases, *axes}:
+        raise KhrError(f'{where}: duration: given beside {DURATION}; accepted: one of them')
     for one, other, words in (
         (fixed, axes, 'set and swept'),
         (of_cases, axes, 'case and swept'),

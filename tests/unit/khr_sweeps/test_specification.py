@@ -143,6 +143,14 @@ def test_the_record_names_each_run_s_scenario(names, varied):
         (HEAD + 'seeds: 2\n' + TILT + 'grid:\n  gyro.seed: [1, 2]\n', ['gyro.seed', 'seeds']),
         (HEAD + TILT + GRID + 'seeds: 900000\n', ['1800000 runs', '1000000']),
         (HEAD + 'set:\n  ankle_controller.gain: 3.0\n' + GRID, ['set and swept']),
+        *(
+            (f'{HEAD}duration: 0.3\n{other}\n', ['duration: given beside simulator.duration'])
+            for other in (
+                'set: {simulator.duration: 0.3}\n' + GRID,
+                'cases: {a: {simulator.duration: 0.3}}\n' + GRID,
+                'grid: {simulator.duration: [0.2, 0.3]}',
+            )
+        ),
         (HEAD + 'bisect: gait.cycles\n' + GRID, ["bisect: 'gait.cycles'", 'an axis of numbers']),
     ],
 )
