@@ -223,6 +223,8 @@ def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool
     check_search(seeds, tolerance)
     condition.scenario(START, 0)  # raises before anything starts
     first = measure(pool, limit_of_seed, [({}, (condition, 0, START, tolerance))])
+    if seeds == 1:
+        return Limit.of(first, tolerance)
     limit = Limit.of(first, tolerance).mean
     around = limit - STEP / 2.0 if limit > STEP else limit
     others = ((condition, seed, around, tolerance) for seed in range(1, seeds))

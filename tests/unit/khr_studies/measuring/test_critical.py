@@ -56,6 +56,12 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch, capsys, tmp_path):
     assert len(content['runs']) == len(pd.read_csv(tmp_path / 'runs.csv')) == len(limit.runs)
 
 
+def test_the_runs_of_one_seed_have_the_columns_of_those_of_several(monkeypatch):
+    monkeypatch.setattr(critical, 'run_condition', lambda *_: full_outcome('fell'))
+    one, two = (measure_limit(Condition(), seeds, 0.8, HerePool()).runs for seeds in (1, 2))
+    assert [*one.columns] == [*two.columns]
+
+
 @given(
     edge=st.one_of(st.floats(-1.0, 21.0), st.sampled_from((0.1, 19.9))),
     tolerance=st.sampled_from((0.1, 0.8)),
