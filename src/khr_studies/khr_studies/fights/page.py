@@ -75,7 +75,8 @@ def page(runs: pd.DataFrame, name: str) -> str:
     return page_text(
         __name__,
         files=name,
-        bouts=int(cells[cells['engine'] == QUICK]['bouts'].max()),
+        bouts=_bouts(cells, QUICK),
+        checks=_bouts(cells, CHECK),
         study=study,
         quick=ENGINES[QUICK],
         check=ENGINES[CHECK],
@@ -93,6 +94,11 @@ def page(runs: pd.DataFrame, name: str) -> str:
             ['khr bout', SHOVE, f'--engine {QUICK}', *(f"--set '{each}'" for each in example)]
         ),
     )
+
+
+def _bouts(cells: pd.DataFrame, engine: str) -> int:
+    """Return the largest number of bouts of a cell on an engine."""
+    return int(cells[cells['engine'] == engine]['bouts'].max())
 
 
 def _count(rows: list[Row], effect: str) -> int:

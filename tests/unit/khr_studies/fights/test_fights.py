@@ -93,6 +93,11 @@ def test_the_page_is_that_of_its_bouts_and_a_bout_repeats():
     assert again == {name: row[name] if row.notna()[name] else None for name in again}
 
 
+def test_the_page_counts_the_bouts_that_were_fought():
+    table = read_table(DOCS / 'fights.csv')
+    assert '- 3 bouts a cell on MuJoCo, 3 a cell on' in page(table[table['seed'] <= 3], 'few')
+
+
 @pytest.mark.slow
 def test_the_command_writes_the_page_of_measured_bouts(tmp_path, monkeypatch):
     monkeypatch.setattr(fights, 'PLAN', ())  # no bout may be fought
