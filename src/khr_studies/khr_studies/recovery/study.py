@@ -162,35 +162,35 @@ def columns_of(part: str, case: Case, engine: str, robot: int) -> Row:
     return {'part': part, 'case': CASES.index(case), 'engine': engine, 'robot': robot}
 
 
-def quiet_run(name: str, changes: Changes = ()) -> Row:
+def quiet_run(scenario: Scenario) -> Row:
     """Run a scenario without a push, with the node; if it steps, without the node as well."""
-    scenario = load_scenario(name).changed(dict(changes))
     found = watched(scenario.changed(dict(ENABLED)))
     without = run_offline(scenario).outcome.fell if found['steps'] else found['fell']
-    return {**found, 'fell_without': without, 'name': name}
+    return {**found, 'fell_without': without, 'name': scenario.name}
 
 
-def quiet_scenarios() -> list[tuple[Row, tuple[str, Changes]]]:
+def quiet_scenarios() -> list[tuple[Row, tuple[Scenario]]]:
     """Return the scenarios without a push, and a long stance on a board that tilts, then rests."""
     names = sorted(path.stem for path in (CONFIG / 'scenarios').glob('*.yaml'))
-    own: list[tuple[str, Changes]] = [(name, ()) for name in names if name.startswith(STANDING)]
-    return [({'part': 'quiet'}, each) for each in [*own, ('stand_0deg', BOARD)]]
+    own = [load_scenario(name) for name in names if name.startswith(STANDING)]
+    own.append(load_scenario('stand_0deg').changed(dict(BOARD)))
+    return [({'part': 'quiet'}, (each,)) for each in own]
 
 
-def quiet_walks() -> list[tuple[Row, tuple[str, Changes]]]:
+def quiet_walks() -> list[tuple[Row, tuple[Scenario]]]:
     """Return walks without a push, of all inclinations and gains."""
-    found = []
+    walk, found = load_scenario('walk_0deg'), []
     for engine, inclination, (ka, kh) in itertools.product(ENGINES, INCLINATIONS, GAINS):
-        changes: Changes = (
-            (('simulator', 'engine'), engine),
-            (('simulator', 'inclination_deg'), float(inclination)),
-            (('ankle_controller', 'enabled'), ka > 0.0),
-            (('ankle_controller', 'gain'), ka or GAIN),
-            (('hip_controller', 'enabled'), kh > 0.0),
-            (('hip_controller', 'gain'), kh or GAIN),
-        )
+        changes = {
+            ('simulator', 'engine'): engine,
+            ('simulator', 'inclination_deg'): float(inclination),
+            ('ankle_controller', 'enabled'): ka > 0.0,
+            ('ankle_controller', 'gain'): ka or GAIN,
+            ('hip_controller', 'enabled'): kh > 0.0,
+            ('hip_controller', 'gain'): kh or GAIN,
+        }
         columns = {'inclination_deg': float(inclination), 'ka': ka, 'kh': kh}
-        found.append(({'part': 'walks', 'engine': engine, **columns}, ('walk_0deg', changes)))
+        found.append(({'part': 'walks', 'engine': engine, **columns}, (walk.changed(changes),)))
     return found
 
 

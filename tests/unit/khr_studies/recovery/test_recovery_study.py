@@ -17,7 +17,7 @@ from khr_studies.push.study import START
 from khr_studies.recovery import search as searching
 from khr_studies.recovery.page import page, pushes_held
 from khr_studies.recovery.search import RANGES, Search, attempt, search, write
-from khr_studies.recovery.study import CASES, bounds, held, push_once
+from khr_studies.recovery.study import CASES, bounds, held, push_once, quiet_scenarios, quiet_walks
 from tests.fakes.jobs import HerePool
 
 DOCS = Path(__file__).parents[4] / 'docs'
@@ -75,6 +75,21 @@ def test_the_page_names_each_missed_goal():
     assert {row['engine'] for row in missed} == {'bullet', 'mujoco'}
     for row in missed:
         assert f'{row["push"]}, {row["slope"]} deg, {row["engine"]}: {row["times"]:.1f} of' in text
+
+
+def test_a_job_holds_all_of_its_scenario(tmp_path, monkeypatch):
+    """A kept result of a scenario in the current folder is not one of its changed file."""
+    own = tmp_path / 'config/scenarios/walk_0deg.yaml'
+    own.parent.mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+
+    def jobs(cycles):
+        own.write_text(f'/**/gait:\n  ros__parameters: {{motion: walk, cycles: {cycles}}}\n')
+        return [job for plan in (quiet_scenarios(), quiet_walks()) for _, job in plan]
+
+    before, after = jobs(2), jobs(3)
+    changed = [one[0].name for one, other in zip(before, after, strict=True) if one != other]
+    assert len(changed) == 1 + len(quiet_walks()) and set(changed) == {'walk_0deg'}
 
 
 # ---- the search ----
