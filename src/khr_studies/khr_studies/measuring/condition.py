@@ -35,7 +35,7 @@ def check_start(scenario: Scenario) -> None:
         if value not in accepted:
             values = ' or '.join(f'{each:g}' for each in dict.fromkeys(accepted))
             raise KhrError.refused(
-                f'{scenario.name}: {node}.{key}', value, f'{values}: each run has its own'
+                f'{scenario.name}: {node}.{key}', value, f'{values}: the search sets it'
             )
 
 

@@ -266,7 +266,7 @@ def test_numbers_are_refused_in_one_line(change, word):
 )
 def test_a_value_that_each_run_of_the_search_replaces_is_refused(key, value, accepted):
     with pytest.raises(
-        KhrError, match=rf'simulator\.{key}: {value} .*; accepted: {accepted}: each'
+        KhrError, match=rf'simulator\.{key}: {value} .*; accepted: {accepted}: the'
     ):
         Question(WALK.changed({('simulator', key): value}), GAINS)
     whole = {('simulator', key): value for key, value in WALK.whole('simulator').items()}
