@@ -20,7 +20,7 @@ from khr_common.interfaces import FINISHED, full_name
 from khr_common.pacing import RealTime
 from khr_common.statuses import KEY, check_run, check_status, read_ready, real
 
-MOST_WARNINGS, MOST_CHANGES = 50, 200  # that are kept
+MOST_WARNINGS, MOST_CHANGES = 50, 10_000  # that are kept
 DECIDED = ('referee', 'duration')  # ends of a run that its referee has decided
 
 
@@ -110,7 +110,10 @@ class View:
 
     def take_diagnostics(self, array: DiagnosticArray) -> None:
         """Take the health of the nodes, and parameter changes; an ERROR is kept as a warning."""
-        self.changes = (self.changes + changes_in([array]))[:MOST_CHANGES]
+        self.changes += changes_in([array])
+        if len(self.changes) > MOST_CHANGES:
+            del self.changes[MOST_CHANGES:]
+            self._warn(f'only the first {MOST_CHANGES} changes of parameters are listed')
         for status in array.status:
             values = pairs(status)
             if status.name == 'monitor' and 'real_time_factor' in values:

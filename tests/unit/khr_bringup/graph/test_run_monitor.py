@@ -23,7 +23,7 @@ from khr_bringup.graph.run_monitor import SensorWatch
 from khr_common.errors import MalformedError
 from khr_common.interfaces import GYRO, TRUE_RATE
 from khr_common.nodes.messages import status
-from khr_common.statuses import ready_text
+from khr_common.statuses import AFTER, CHANGED, ready_text
 from tests.support.runs import wait_for
 
 END = 12_000_000_000
@@ -122,6 +122,17 @@ def test_every_message_is_taken_or_refused(name, message, values):
     assert sum(view.refused.values()) == sum(
         int(line.split('; ')[-1].split()[0]) for line in view.complaints[len(view.warnings) :]
     )
+
+
+def test_changes_beyond_those_that_are_kept_are_counted_out_loud(monkeypatch):
+    monkeypatch.setattr('khr_bringup.graph.reports.MOST_CHANGES', 3)
+    view = Reports([]).view
+    for number in range(5):
+        values = {AFTER: str(number), 'gain': str(float(number))}
+        changed = status(f'ankle_controller{CHANGED}', '', values)
+        view.take_diagnostics(DiagnosticArray(status=[changed]))
+    assert [change.value for change in view.changes] == [0.0, 1.0, 2.0]
+    assert view.warnings == ['only the first 3 changes of parameters are listed']
 
 
 def test_pauses_do_not_count(monkeypatch):
