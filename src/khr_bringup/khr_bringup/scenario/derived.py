@@ -71,15 +71,24 @@ def derived(values: Values, node: str) -> dict[str, Any]:
 
 
 def without_derived(values: Values) -> dict[str, dict[str, Any]]:
-    """Return stated parameters without those that equal their derived value.
+    """Return stated parameters without the derived ones of nodes of which all are stated.
 
-    A file with all parameters of a scenario, as a run's folder has it, so follows a change of
+    So a file with all parameters of a scenario, as a run's folder has it, follows a change of
     seed, gait or control period as the scenario that it was written from.
     """
     return {
-        node: {key: value for key, value in keys.items() if not _follows(values, node, key)}
+        node: {
+            key: value
+            for key, value in keys.items()
+            if not (_is_whole(node, keys) and _follows(values, node, key))
+        }
         for node, keys in values.items()
     }
+
+
+def _is_whole(node: str, keys: Mapping[str, Any]) -> bool:
+    """Return whether all parameters of a node but its wiring are stated."""
+    return all(each.wiring or key in keys for key, each in specifications(table_of(node)).items())
 
 
 def _follows(values: Values, node: str, key: str) -> bool:

@@ -210,10 +210,13 @@ def _name_the_engine() -> None:
 def read_scenario(path: Path) -> Scenario:
     """Read the file of a scenario; the engine stays unstated if the file names none.
 
+    A parameter that equals its derived value in a file with all parameters stays unstated, too.
+
     Raises:
         KhrError: as :func:`load_scenario`.
     """
-    return parse(read_file(path), str(path), path.stem)
+    scenario = parse(read_file(path), str(path), path.stem)
+    return replace(scenario, values=without_derived(scenario.values))
 
 
 def parse(text: str, file: str, name: str, namespace: str = '') -> Scenario:
@@ -229,8 +232,7 @@ def parse(text: str, file: str, name: str, namespace: str = '') -> Scenario:
         KhrError: as :func:`load_scenario`.
     """
     values = values_of(read_yaml(text, file), file, namespace)
-    stated = without_derived(_consistent(file, values, Path(file).parent))
-    return Scenario(name, stated, title_of(text))
+    return Scenario(name, _consistent(file, values, Path(file).parent), title_of(text))
 
 
 def find_scenario(name: str, sought: str = 'scenario') -> Path:
