@@ -174,6 +174,19 @@ def test_a_deploy_that_cannot_be_taken_back_keeps_the_former_values_for_undo(rig
     assert bytes(board.ram) == before
 
 
+def test_undo_leaves_the_reference_while_a_factor_stays(rig):
+    """Another reference would move the servo of this factor."""
+    board, _, client = rig
+    (data,) = write(client, loop_of(WALK, MAP))
+    shifted = client.ad_references()
+    refusing(board, accepted=0, refused=3)
+    with pytest.raises(RefusedError):
+        undo(client, data)
+    assert client.ad_references() == shifted
+    undo(client, data)
+    assert client.ad_references()[data['channel']] == data['reference']
+
+
 @pytest.mark.parametrize(('address', 'data'), [(0x44 + 36, b'\xff\xff'), (0x90 + 364, b'\0\0')])
 def test_a_board_without_a_servo_of_the_loop_is_refused_by_its_joint(rig, address, data):
     board, _, client = rig

@@ -89,8 +89,8 @@ class MonitorParameters:
     )
     fall_time: float = parameter(
         0.3,
-        'Time that the robot must stay down; a robot that rises sooner has not '
-        'fallen. By the sensors: time without load.',
+        'Time that the robot must stay down; a robot that rises sooner has not fallen. By the '
+        'sensors: time without load.',
         '[0, 10] s',
     )
     control_period: float = sample_period(maximum=0.03)
@@ -146,7 +146,7 @@ class Outcome(NamedTuple):
     def stayed_up(self) -> bool:
         """Return whether the robot neither fell nor slid down the slope on its soles.
 
-        It slides down if one sole slides by a step, or the robot in the stance that ends the run.
+        It slides down if one sole slides by a step, or both together do so in the last stance.
         """
         return not self.fell and max(self.largest_slip, self.slides.last) <= RIDES
 

@@ -72,18 +72,16 @@ class BoardDriver:
         self.ad: Sequence[int] = ()
         self.starved = False
         self.feedback = Feedback(client, joint_map) if parameters.mixing == 'board' else None
-        self.gyro = RestingGyro(joint_map.gyro) if joint_map.gyro else None
-        if self.feedback:
-            self.gyro = self.feedback.gyro
+        own = RestingGyro(joint_map.gyro) if joint_map.gyro else None
+        self.gyro = self.feedback.gyro if self.feedback else own
         self._trims: dict[int, int] = {}
         self._battery = Battery(clock)
         self._config = Config(0)
-        self._checked = 0
+        self._checked = self._turn = 0
         self._target = list(self.pose)
         self._ramp: Ramp | None = None  # of the last start
         self._torque_since = 0.0
         self._failed_writes = self._failed_reads = 0
-        self._turn = 0
 
     def connect(self) -> Inspection:
         """Read the board and stop its ROM program and mixings; trims are not changed.

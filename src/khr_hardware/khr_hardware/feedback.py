@@ -263,7 +263,10 @@ def _check_alone(
 
 
 def undo(client: Client, data: Any) -> None:
-    """Restore the values that :func:`deploy` passed to ``keep``, each even if another fails.
+    """Restore the values that :func:`deploy` passed to ``keep``.
+
+    The factors go to 0 first, each even if another fails. While one stays, AD_ref does too:
+    another one would move its servo.
 
     Raises:
         KhrError: if the data has another form.
@@ -272,20 +275,16 @@ def undo(client: Client, data: Any) -> None:
     try:
         channel, reference = int(data['channel']), int(data['reference'])
         mixings = {int(ics): Mixing(int(a), int(b)) for ics, (a, b) in data['mixings'].items()}
-        frames = [(ics, mixing, mixing.encode()) for ics, mixing in mixings.items()]
+        for mixing in mixings.values():
+            mixing.encode()  # refuses what has no form on the board, before the first write
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise KhrError(
             f'undo: {json.dumps(data)[:80]} is not accepted; accepted: the file of khr board deploy'
         ) from error
-    writes: list[Callable[[], None]] = [
-        *(
-            partial(client.set_mixing, ics, MIXING_SLOT, Mixing(mixing.source, 0))
-            for ics, mixing, _ in frames
-        ),
-        partial(client.set_ad_reference, channel, reference),
-        *(partial(client.set_mixing, ics, MIXING_SLOT, mixing) for ics, mixing, _ in frames),
-    ]
-    _write_all(writes)
+    off = [(ics, Mixing(mixing.source, 0)) for ics, mixing in mixings.items()]
+    _write_all([partial(client.set_mixing, ics, MIXING_SLOT, mixing) for ics, mixing in off])
+    client.set_ad_reference(channel, reference)
+    _write_all([partial(client.set_mixing, ics, MIXING_SLOT, m) for ics, m in mixings.items()])
 
 
 def _write_all(writes: Sequence[Callable[[], None]]) -> None:

@@ -79,17 +79,29 @@ def test_a_loop_that_stays_on_the_board_is_told_at_the_exit(rig):
     assert node.failure.endswith('stays on the board; switch the battery off')
 
 
-@pytest.mark.parametrize(('changed', 'stands'), [(radians(30.0), True), (radians(1.0), False)])
-def test_a_gait_changed_before_the_clock_ran_is_reached_by_a_ramp(rig, changed, stands):
-    """It answers the first stamp once, so its change shows with the second one."""
-    node = object.__new__(BoardNode)
+def waiting_node(rig):
+    """Return a node without ROS that waits for its start, and the states that it enters."""
+    node, entered = object.__new__(BoardNode), []
     node.parameters, node.driver, node._period_ns = rig.parameters(), rig.driver, 15_000_000
     node.state, node.now_ns, node._ramped_to, node._recent = 'waiting', 0, None, {}
+    node._ramped_again = False
     node._answers = {'gait': JointAnswer(0, JOINTS, STANCE)}
     node._punctuality, node._exchanges = Punctuality(), Latency()
     node._asked = node._reported = inf
-    node._enter = lambda state: setattr(node, 'state', state)
+
+    def enter(state):
+        node.state = state
+        entered.append(state)
+
+    node._enter = enter
     node._publish = lambda: node._recent.update({node.now_ns: rig.now()})
+    return node, entered
+
+
+@pytest.mark.parametrize(('changed', 'stands'), [(radians(30.0), True), (radians(1.0), False)])
+def test_a_gait_changed_before_the_clock_ran_is_reached_by_a_ramp(rig, changed, stands):
+    """It answers the first stamp once, so its change shows with the second one."""
+    node, _ = waiting_node(rig)
     other = [
         angle + changed * ('knee' in joint) for joint, angle in zip(JOINTS, STANCE, strict=True)
     ]
@@ -108,6 +120,21 @@ def test_a_gait_changed_before_the_clock_ran_is_reached_by_a_ramp(rig, changed, 
     assert targets[-1] == pytest.approx(other, abs=COUNT)
     assert (stamps.count(15_000_000) > 100) == stands, 'the clock stands meanwhile'
     assert stamps[-1] > 15_000_000 and node.state == rig.driver.state == 'running'
+
+
+def test_a_gait_that_begins_fast_is_ramped_to_once(rig):
+    node, entered = waiting_node(rig)
+    rig.driver.start()
+    rig.board.cycle()
+    for _ in range(300):
+        node._run_period(rig.now())
+        rig.board.cycle()
+        if node.now_ns:
+            bent = radians(160.0) * node.now_ns / 1e9
+            pose = [a + bent * (j == 'l_knee') for j, a in zip(JOINTS, STANCE, strict=True)]
+            node._on_answer('gait', JointAnswer(node.now_ns, JOINTS, pose))
+    assert entered.count('running') == 2
+    assert node.now_ns > 1_000_000_000
 
 
 def test_it_does_not_start_again_after_the_end(node, rig):

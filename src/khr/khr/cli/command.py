@@ -9,6 +9,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from importlib.util import find_spec
 from io import TextIOWrapper
 from pathlib import Path
 from threading import Timer
@@ -86,13 +87,16 @@ def _check_middleware() -> None:
     """Exit if ``RMW_IMPLEMENTATION`` names a middleware that is not there.
 
     The library of rclpy would end the process while it is imported. A variable that was exported
-    for a sourced ROS installation also reaches the rclpy of a virtual environment.
+    for a sourced ROS installation also reaches the rclpy of a virtual environment, which has Fast
+    DDS alone.
     """
     wanted = os.environ.get('RMW_IMPLEMENTATION') or FAST_DDS
-    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(':')
-    if wanted != FAST_DDS and not any(
-        Path(p, 'lib', f'lib{wanted}.so').exists() for p in prefixes
-    ):
+    if wanted == FAST_DDS:
+        return
+    prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(':') if p]
+    rclpy = find_spec('rclpy')
+    sourced = rclpy and any(Path(rclpy.origin or '').is_relative_to(each) for each in prefixes)
+    if not (sourced and any((each / 'lib' / f'lib{wanted}.so').exists() for each in prefixes)):
         _leave(
             f'RMW_IMPLEMENTATION: {wanted!r} is not installed; accepted: {FAST_DDS}, or unset it',
             2,

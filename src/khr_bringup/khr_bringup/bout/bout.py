@@ -44,7 +44,7 @@ SHIPPED = CONFIG / 'bouts'
 SIMULATOR = 'simulator'
 AT_ROOT = (SIMULATOR, RECORDER.name)  # nodes that the robots share
 NEVER_TILTED = 180.0  # deg: the referee ends a round, not the simulator
-# Parameters that follow from those of others in every bout; so do the seeds of all other nodes.
+# Parameters that a bout sets itself, and the ones to change instead; it sets all seeds as well.
 FOLLOWS = {
     (SIMULATOR, 'duration'): f'{REFEREE}.time_limit',
     (SIMULATOR, 'stop_when_tilted_deg'): f'{REFEREE}.fall_tilt_deg',

@@ -100,17 +100,15 @@ class BoardNode(KhrNode):
         if self.driver.feedback:
             for topic in (ANKLE_CORRECTION, HIP_CORRECTION):
                 self.subscribe_bytes(topic, cdr.clock, _reject_correction)
-        for name, action in (
-            ('start', self._start),
-            ('hold', self.driver.hold),
-            ('free', self._free),
-        ):
+        actions = {'start': self._start, 'hold': self.driver.hold, 'free': self._free}
+        for name, action in actions.items():
             self.create_service(Trigger, f'~/{name}', partial(self._on_service, action))
         self._punctuality = Punctuality()
         self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
         self._read_at = self._published = self._asked = self._reported = float('-inf')
         self._recent: dict[int, float] = {}  # when the stamps within command_timeout were sent
         self._ramped_to: JointAnswer | None = None  # until the clock has brought another reference
+        self._ramped_again = False
         self._real_time = ask_for_real_time(own.priority)
         self._enter('waiting')
         self.by_wall_clock(own.control_period, self._on_period)
@@ -166,7 +164,8 @@ class BoardNode(KhrNode):
         if answered:
             self._to_servo.add(time.monotonic() - self._read_at)
         if self.state == 'waiting' and driver.state == 'running':
-            self._ramped_to = self._answers[GAIT]
+            self._ramped_to = None if self._ramped_again else self._answers[GAIT]
+            self._ramped_again = False
             self._enter('running')
         elif self.state == 'running':
             self.now_ns += self._period_ns
@@ -195,6 +194,7 @@ class BoardNode(KhrNode):
             return
         self._ramped_to = None
         if self.state == 'running' and jumps(known.position, newest.position):
+            self._ramped_again = True  # but once: a gait may begin fast
             self.driver.ramp_again()
             self.state = 'waiting'
             self._punctuality.rest()

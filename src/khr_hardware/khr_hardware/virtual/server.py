@@ -197,9 +197,7 @@ class Server:
                 due = max(due + cycle, now)  # a slow computer skips cycles
                 if not self._pass_cycle():
                     return
-                now = (
-                    time.monotonic()
-                )  # input is served also if cycles are longer than their period
+                now = time.monotonic()  # input is served although cycles may exceed their period
             self._send_due(now)
             wait = TICK if self._stepped else max(0.0, due - now)
             if self._outgoing:

@@ -29,9 +29,8 @@ from khr_sweeps.pool import Pool
 from khr_sweeps.trial import Row, outcome_columns
 
 ENDS = (0.0, 20.0)  # deg, range of a search
-VIBRATES = (
-    0.17  # rad/s above 4 Hz; a convention: twice that of the walk without control at 5.55 deg
-)
+# rad/s above 4 Hz, from which a walk vibrates: by convention twice that without control at 5.55 deg
+VIBRATES = 0.17
 NORMAL = 1.96  # standard deviations of 95 %
 # Numerical uncertainty of a limit: its shift, deg, when the physics step is halved.
 RAGGED = 0.1

@@ -194,10 +194,10 @@ def _explanations(bench: Bench, limits: Limits, rows: Sequence[Row]) -> list[Row
 def _alterations(bench: Bench, condition: Condition) -> dict[str, Changes]:
     """Return the changes that alter a parameter of a condition, by name."""
     scenario = replace(condition, changes=bench.settings).scenario(0.0)
+    every = {name: alter(scenario) for name, alter in CHANGES[condition.motion].items()}
     return {
         name: changes
-        for name, alteration in CHANGES[condition.motion].items()
-        for changes in [alteration(scenario)]
+        for name, changes in every.items()
         if any(scenario.whole(node)[key] != value for (node, key), value in changes)
     }
 

@@ -240,7 +240,8 @@ def stability_map(
     runs = run_table(results.to_pylist())
     for name, value in where.items():
         _check_where(name, value, request['axes'], (x, y))
-        runs = runs[[each == value for each in runs[name]]]  # a value may be a list
+        chosen = [each == value for each in runs[name]]  # a value may be a list
+        runs = runs[np.array(chosen, dtype=bool)]
     runs = judged(runs)
     bins = int(np.clip(np.sqrt(len(runs) / RUNS_PER_CELL), 2, 20))
     (across, columns), (along, lines) = (

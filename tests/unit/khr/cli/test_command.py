@@ -145,7 +145,10 @@ def test_a_middleware_that_is_not_installed_is_refused_before_rclpy_ends_the_pro
     assert scenarios_with(RMW_IMPLEMENTATION='').returncode == 0
     (tmp_path / 'lib').mkdir()
     (tmp_path / 'lib' / 'librmw_other_cpp.so').touch()
-    assert 'is not installed' not in scenarios_with(AMENT_PREFIX_PATH=f'/none:{tmp_path}').stderr
+    other = f'/none:{tmp_path}'
+    assert 'is not installed' in scenarios_with(AMENT_PREFIX_PATH=other).stderr, 'of another rclpy'
+    own = scenarios_with(AMENT_PREFIX_PATH=f'{other}:{sys.prefix}')
+    assert 'is not installed' not in own.stderr
 
 
 def test_without_a_verb_there_is_help(monkeypatch, capsys):
