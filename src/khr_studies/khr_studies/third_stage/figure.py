@@ -14,7 +14,7 @@ from khr_studies.third_stage.comparison import ModelComparison
 from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Array, Plane
 
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
-LARGEST_RATE = 60.0  # deg/s, end of the colour scale
+LARGEST_RATE = 10.0  # deg/s, end of the colour scale
 HIP_COLOR = '#D55E00'
 SQUARE: dict[str, Any] = {'marker': 's', 'markersize': 13, 'markerfacecolor': 'none'}
 EDGES = (
@@ -42,7 +42,7 @@ def limits_figure(plane: Plane, compared: ModelComparison) -> Figure:
 
 def swing_figure(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the overshoot of the robot over the plane, and the growth of the model's swing."""
-    overshoot, grown = 'overshoot at 3.8° in °/s', "growth of the model's swing, 1/s"
+    overshoot, grown = 'largest rate at 3.8° in °/s', "growth of the model's swing, 1/s"
     contents: list[Panel] = []
     for hip, title in HIPS.items():
         rates = np.degrees(plane.grid('overshoot_rad_s', hip).to_numpy())
