@@ -82,7 +82,7 @@ def test_a_run_on_a_driver_begins_and_ends_by_its_clock_and_answers_what_it_meas
     assert stamps == list(range(stamps[0], stamps[-1] + 1, 15_000_000))
     assert len(bag['/imu/data_raw']) > 100
     check_corrections(bag, start=0)  # as its clock does
-    assert strongest(bag) == pytest.approx(SHAKEN, abs=0.05)
+    assert strongest(bag) == pytest.approx(SHAKEN, abs=0.1)  # the first samples may be missing
 
 
 def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_corrections(

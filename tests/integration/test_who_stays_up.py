@@ -5,6 +5,7 @@ import pytest
 
 import khr
 import khr_studies.third_stage.study as third_stage
+from khr_analysis.outcome_measures import Slides
 from khr_bringup import offline
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_studies.calibration import trial_robot
@@ -80,8 +81,9 @@ def test_the_robot_slides_far_and_does_not_fall(slide):
     outcome = slide[0].outcome
     assert outcome.verdict == 'slipped' and outcome.largest_slip > 1.0
     assert not outcome.stayed_up and outcome.lasted(9.0) == 1.0
-    assert outcome._replace(largest_slip=0.056).stayed_up
-    assert not outcome._replace(largest_slip=0.0, verdict='fell').stayed_up
+    assert outcome._replace(largest_slip=0.056, slides=Slides(after=0.056, steps=1)).stayed_up
+    assert not outcome._replace(largest_slip=0.0).stayed_up
+    assert not outcome._replace(largest_slip=0.0, slides=Slides(), verdict='fell').stayed_up
 
 
 def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
@@ -140,4 +142,4 @@ def test_the_gymnasium_environment_ends_the_episode():
             _, _, over, cut, info = environment.step(np.zeros(2))
             assert not cut and (info['reward_alive'] > 0.0) is not over
             steps += 1
-    assert info['outcome'].verdict != 'fell' and 0.056 < info['outcome'].largest_slip < 0.07
+    assert info['outcome'].verdict != 'fell' and 0.056 < info['outcome'].slides.last < 0.07

@@ -10,6 +10,7 @@ from khr_common.block import NodeSpec, Numbers
 from khr_common.interfaces import STAGE_CHANGES
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.messages import restamp, status
+from khr_common.nodes.node import LATCHED_FROM_ALL
 
 MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 
@@ -17,13 +18,16 @@ MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 class StageNode(BlockNode):
     """Publish ``stage`` for each sample, and each change of the stage on ``stage/changes``.
 
-    ``stage/changes`` is latched: the stage at the start of the run, then each new stage.
+    ``stage/changes`` is latched with its history: the stage at the start of the run, then each new
+    stage. A recorder that is late receives them all.
     """
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._number = 0
-        self._changes = self.publisher(STAGE_CHANGES)
+        self._changes = self.create_publisher(
+            DiagnosticArray, STAGE_CHANGES.name, LATCHED_FROM_ALL
+        )
 
     def on_answer(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Publish the stage if it has changed."""
