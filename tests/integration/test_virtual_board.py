@@ -18,7 +18,7 @@ from khr_bringup.board_loop import loop_of
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
-from khr_common.interfaces import JOINT_REFERENCE
+from khr_common.interfaces import JOINT_REFERENCE, mix
 from khr_description.robot import JOINTS
 from khr_hardware.client import Client, connect
 from khr_hardware.errors import BoardError, PortError
@@ -27,7 +27,6 @@ from khr_hardware.inspection import hold_pose, inspect
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
 from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
-from khr_sim.plant import mix
 from tests import ROOT
 from tests.fakes.boards import Loopback, TableServos
 from tests.support.board_film import stand_and_squat

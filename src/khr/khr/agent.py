@@ -17,11 +17,10 @@ from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.checks import integer
-from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
+from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE, mix
 from khr_common.parameters import LARGEST
 from khr_description.robot import JOINTS
 from khr_sim.physics.truth import GroundTruth
-from khr_sim.plant import mix
 
 ACTION_SCALE = radians(15.0)  # rad, of an action of 1
 GYRO_RANGE, FORCE_RANGE = 35.0, 150.0  # rad/s and N: ten times the robot's weight

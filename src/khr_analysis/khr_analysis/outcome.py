@@ -67,8 +67,8 @@ class MonitorParameters:
     motion_end: float = parameter(
         0.0,
         'End of the motion with its end pause, after which vibration is not averaged; 0 averages '
-        'over the whole run. '
-        'khr makes it the end of a walk or leg lift unless the scenario states it.',
+        'over the whole run. khr makes it the end of a walk or leg lift unless the scenario states '
+        'it.',
         '[0, 1e+06] s',
     )
     judge_by: str = fixed(

@@ -20,9 +20,9 @@ from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers, error_text
 from khr_common.errors import KhrError, RunError
-from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
+from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic, mix
 from khr_sim.physics.truth import SIGNALS, GroundTruth
-from khr_sim.plant import Plant, mix
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import GAIT, RunParameters
 
 SIMULATOR, MONITOR = 'simulator', 'monitor'

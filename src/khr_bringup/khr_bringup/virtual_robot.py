@@ -15,8 +15,8 @@ from khr_common.interfaces import FOOT_FORCES, GYRO, JOINTS, REGIONS
 from khr_common.published import AD_STEP, NO_LOAD_SPEED
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol import commands
-from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, Config
-from khr_hardware.virtual.board import AD_TOP, PowerOnSettings, VirtualBoard
+from khr_hardware.protocol.memory import AD_TOP, BATTERY_VOLTS, FREE, Config
+from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters

@@ -7,9 +7,12 @@ of one world share the clock at the root.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Literal
+
+from khr_common.errors import KhrError
 
 SIDES = ('l', 'r')
 ARM = ('shoulder_pitch', 'shoulder_roll', 'elbow_pitch')
@@ -157,6 +160,23 @@ JOINT_REFERENCE = _numbers('joint_reference', 'Joint angles of the gait, rad.', 
 def correction(node: str, joints: tuple[str, ...]) -> Topic:
     """Return the topic of a controller's correction, which the board adds to the reference."""
     return _numbers(f'{node}/correction', 'Added to the reference of these joints, rad.', joints)
+
+
+def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
+    """Add corrections, by joint name, to a reference of all joints, in rad.
+
+    The corrections are summed in their order, which must be the same in bit-equal runs.
+
+    Raises:
+        KhrError: if a correction names a joint that the robot does not have.
+    """
+    target = list(reference)
+    for correction in corrections:
+        for joint, angle in correction.items():
+            if joint not in JOINT_INDEX:
+                raise KhrError.refused('joint', joint, ' | '.join(JOINTS))
+            target[JOINT_INDEX[joint]] += angle
+    return target
 
 
 ANKLE_CORRECTION = correction('ankle_controller', ('l_ankle_pitch', 'r_ankle_pitch'))

@@ -11,11 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from math import radians
 
 from khr_common.errors import KhrError
-from khr_common.interfaces import JOINTS
+from khr_common.interfaces import JOINTS, mix
 from khr_common.published import NO_LOAD_SPEED
 from khr_hardware.battery import Battery
 from khr_hardware.client import Client
-from khr_hardware.corrections import add_corrections
 from khr_hardware.errors import BoardError
 from khr_hardware.feedback import Feedback
 from khr_hardware.gyro import RestingGyro
@@ -218,7 +217,7 @@ class BoardDriver:
         if reference is not None and self.state == 'ramping':
             goal = self._ramped(reference)
         elif reference is not None and self.state == 'running':
-            goal = add_corrections(reference, corrections)
+            goal = mix(reference, corrections)
             self._raise_feedback()
         most = NO_LOAD_SPEED * self.parameters.control_period
         self._target = [

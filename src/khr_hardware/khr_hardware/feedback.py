@@ -45,7 +45,7 @@ class Feedback:
     """Raise the ratios of the mixings in steps, one write per period; reset them at once.
 
     Attributes:
-        gyro: whose level at rest the board subtracts.
+        gyro: the gyro; the board subtracts its level at rest.
 
     Raises:
         KhrError: if the map has no gyro.

@@ -53,7 +53,7 @@ class RestingGyro:
         self.reference = self.level = self._converted = 0
 
     def connect(self, references: Sequence[int]) -> None:
-        """Store the AD references read from the board, and take the readings anew."""
+        """Store the AD references read from the board, and drop the readings."""
         self.reference = self.level = self._converted = references[self.wiring.channel]
         self._readings.clear()
 

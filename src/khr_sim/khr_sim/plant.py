@@ -8,35 +8,17 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import radians
 
 from khr_common.arithmetic import warn_unless_portable
 from khr_common.errors import KhrError
-from khr_common.interfaces import JOINT_INDEX, JOINTS
 from khr_sim.physics.body import Start
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.physics.world import World
 from khr_sim.run_parameters import RunParameters
-
-
-def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
-    """Add corrections, by joint name, to a reference of all joints, in rad.
-
-    The corrections are summed in their order, which must be the same in bit-equal runs.
-
-    Raises:
-        KhrError: if a correction names a joint that the robot does not have.
-    """
-    target = list(reference)
-    for correction in corrections:
-        for joint, angle in correction.items():
-            if joint not in JOINT_INDEX:
-                raise KhrError.refused('joint', joint, ' | '.join(JOINTS))
-            target[JOINT_INDEX[joint]] += angle
-    return target
 
 
 class Plant:

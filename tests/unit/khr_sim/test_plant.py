@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 from khr_common.errors import KhrError
+from khr_common.interfaces import mix
 from khr_description.robot import JOINTS
-from khr_sim.plant import Plant, mix
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from tests.fakes.postures import STANCE
 

@@ -10,7 +10,6 @@ from khr_common.block import NodeSpec, Numbers
 from khr_common.interfaces import STAGE_CHANGES
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.messages import restamp, status
-from khr_common.nodes.node import LATCHED_FROM_ALL
 
 MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 
@@ -25,9 +24,7 @@ class StageNode(BlockNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._number = 0
-        self._changes = self.create_publisher(
-            DiagnosticArray, STAGE_CHANGES.name, LATCHED_FROM_ALL
-        )
+        self._changes = self.publisher(STAGE_CHANGES, history=True)
 
     def on_answer(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Publish the stage if it has changed."""

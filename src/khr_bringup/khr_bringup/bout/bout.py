@@ -45,7 +45,7 @@ SIMULATOR = 'simulator'
 AT_ROOT = (SIMULATOR, RECORDER.name)  # nodes that the robots share
 NEVER_TILTED = 180.0  # deg: the referee ends a round, not the simulator
 # Parameters that a bout sets itself, and the ones to change instead; it sets all seeds as well.
-FOLLOWS = {
+SET_INSTEAD = {
     (SIMULATOR, 'duration'): f'{REFEREE}.time_limit',
     (SIMULATOR, 'stop_when_tilted_deg'): f'{REFEREE}.fall_tilt_deg',
     (MONITOR.name, 'fall_tilt_deg'): f'{REFEREE}.fall_tilt_deg',
@@ -100,8 +100,8 @@ class Bout:
                 ``referee.key=value``.
 
         Raises:
-            KhrError: if a text is not of that form, a value is not accepted, or a parameter
-                follows from another one in a bout.
+            KhrError: if a text is not of that form, a value is not accepted, or the bout sets a
+                parameter itself.
         """
         given = list(texts)
         if not given:
@@ -120,7 +120,7 @@ class Bout:
                 own[name].append(rest)
         changes = {name: changes_of(own[name]) for name in ROBOTS}
         for each in changes.values():
-            _refuse_following(each)
+            _refuse_own(each)
         robots = {name: robot.changed(changes[name]) for name, robot in self.robots.items()}
         title = ', '.join([self.title or self.name, *last_of_each(given)])[:LONGEST]
         found = _rules(self.name, self._stated_rules | rules)
@@ -221,11 +221,11 @@ def parse_bout(text: str, file: str, name: str) -> Bout:
     return _checked(file, Bout(name, _rules(file, rules), robots, title_of(text)))
 
 
-def _refuse_following(changes: Mapping[tuple[str, str], Any]) -> None:
+def _refuse_own(changes: Mapping[tuple[str, str], Any]) -> None:
     """Refuse changes that a bout would overwrite, and name the parameters to change instead."""
     for (node, key), value in changes.items():
         seed = key == 'seed' and node != SIMULATOR
-        source = f'{SIMULATOR}.seed' if seed else FOLLOWS.get((node, key))
+        source = f'{SIMULATOR}.seed' if seed else SET_INSTEAD.get((node, key))
         if source:
             raise KhrError.refused(
                 f'{node}.{key}', value, f'{source}, from which it follows in a bout'

@@ -77,11 +77,9 @@ def without_derived(values: Values) -> dict[str, dict[str, Any]]:
     seed, gait or control period as the scenario that it was written from.
     """
     return {
-        node: {
-            key: value
-            for key, value in keys.items()
-            if not (_is_whole(node, keys) and _follows(values, node, key))
-        }
+        node: {key: value for key, value in keys.items() if not _follows(values, node, key)}
+        if _is_whole(node, keys)
+        else dict(keys)
         for node, keys in values.items()
     }
 

@@ -111,9 +111,10 @@ class KhrNode(ParameterNode):
     def close(self) -> None:
         """Release the resources of the node; called once, while ROS is still up."""
 
-    def publisher(self, topic: Topic) -> Publisher:
-        """Create a publisher."""
-        qos = LATCHED if topic.flow == 'latched' else DATA
+    def publisher(self, topic: Topic, history: bool = False) -> Publisher:
+        """Create a publisher; with ``history`` a latched topic keeps its last messages, not one."""
+        latched = LATCHED_FROM_ALL if history else LATCHED
+        qos = latched if topic.flow == 'latched' else DATA
         return self.create_publisher(message_class(topic.kind), topic.name, qos)
 
     @property

@@ -31,8 +31,6 @@ from khr_hardware.protocol.commands import (
 )
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord, record_address
 
-AD_TOP = memory.AD_TOP
-
 
 class BoardRobot(Protocol):
     """A robot simulated in output cycles; positions are raw servo counts, trim included."""
@@ -318,7 +316,7 @@ class VirtualBoard:
     def _convert(self) -> None:
         """Store the reading of each AD channel minus its reference."""
         for channel in range(memory.AD_CHANNELS):
-            raw = min(max(self._converted.get(channel, 0), 0), AD_TOP)
+            raw = min(max(self._converted.get(channel, 0), 0), memory.AD_TOP)
             reference = self._signed(memory.AD_REFERENCES + 2 * channel)
             self._put(memory.AD_VALUES + 2 * channel, raw - reference)
 

@@ -14,10 +14,10 @@ from khr_common.interfaces import (
     Topic,
     correction,
     full_name,
+    mix,
 )
 from khr_common.nodes.messages import JointAnswer, to_nanoseconds
 from khr_sim.physics.push import Push
-from khr_sim.plant import mix
 from khr_sim.run_parameters import GAIT, REFEREE, RunParameters
 
 AT_REST = (0.0,) * len(JOINTS)  # joint angles of a robot in a run without a gait, rad

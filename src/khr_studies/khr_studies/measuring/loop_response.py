@@ -19,7 +19,8 @@ from khr_balance.feedback import rate_gain
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import RunError
-from khr_sim.plant import Plant, mix
+from khr_common.interfaces import mix
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes, Condition
 

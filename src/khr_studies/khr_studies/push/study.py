@@ -20,7 +20,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.checks import non_negative, one_of, within
-from khr_common.interfaces import ANKLE_CORRECTION, GYRO
+from khr_common.interfaces import ANKLE_CORRECTION, GYRO, mix
 from khr_common.limit import bracket_limit
 from khr_common.rotation import matrix
 from khr_description.robot import Robot
@@ -32,7 +32,7 @@ from khr_models.standing.push import DIRECTIONS, Direction
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import corners
 from khr_sim.physics.truth import GroundTruth
-from khr_sim.plant import Plant, mix
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes
 
