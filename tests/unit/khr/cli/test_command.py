@@ -203,6 +203,19 @@ def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
+    ('source', 'start'),
+    [('walk_0deg', 'khr.cli.run.view_scenario'), ('shove', 'khr.cli.verbs.bouts.view_bout')],
+)
+def test_a_stated_change_wins_over_the_pace_of_a_view(monkeypatch, capsys, source, start):
+    started = []
+    monkeypatch.setattr(start, lambda viewed, *_: started.append(viewed) or 0)
+    for words in (), ('--pace', '2'), ('--set', 'simulator.pace=3.0'):
+        assert khr(monkeypatch, capsys, 'view', source, *words)[0] == 0
+    shown = [getattr(each, 'robots', {'red': each})['red'] for each in started]
+    assert [each.of('simulator')['pace'] for each in shown] == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
     ('body', 'code', 'says'),
     [
         (f'import os\nos.kill(os.getpid(), {int(signal.SIGTERM)})\n', 130, 'khr: interrupted\n'),

@@ -226,15 +226,15 @@ def view(
         ):
             if given:
                 raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: {instead}')
-        bout = load_bout(source).set_to(settings)
+        bout = load_bout(source)
         paced = replace(bout.set_to([f'simulator.pace={pace!r}']), title=bout.title)
         way = RunOptions(one_process=True, record=record, domain=domain)
-        raise typer.Exit(view_bout(paced, way, out, page))
+        raise typer.Exit(view_bout(paced.set_to(settings), way, out, page))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=page)
     chosen = on_robot(scenarios.load_scenario(source, 'run or scenario'), robot)
-    chosen = chosen.set_to(settings, changes)
+    chosen = chosen.changed(changes).set_to(settings)
     warn_of_switched_off(chosen, settings)
     raise typer.Exit(view_scenario(chosen, options))
 
