@@ -9,9 +9,13 @@ s (g/l) cos(phi) th^3/6 makes 3 f_0. The drive D has the linear response a_0 cos
 
 Printed, a_2 = (g sin(phi)/(2 l)) a_0 (5.20) and a_1 = (g cos(phi)/(6 l)) a_0 (5.19) are the
 expansion's coefficients times a_0: they have the unit 1/s^2 too many and grow with a_0 instead of
-its square and cube. (5.18) prints a_1 with f_1 and a_2 with f_2. By the expansion a_2, of the
-square, belongs to f_1 = 2 f_0 and a_1, of the cube, to f_2 = 3 f_0; they are paired so here. This
-module carries the expansion through, and also integrates the equation itself.
+its square and cube. (5.18) prints a_1 cos(2 pi f_1 t) + a_2 cos(6 pi f_2 t), read here as
+f_1 = 2 f_0 and f_2 = 3 f_0, which the thesis does not state. By the expansion a_2, of the square,
+belongs to 2 f_0 and a_1, of the cube, to 3 f_0; they are paired so here. This module carries the
+expansion through, and also integrates the equation itself.
+
+(5.18) is the pitch rate; the amplitudes here are of the lean. Relative to f_0, the n-th harmonic of
+the rate is n times that of the lean.
 """
 
 from __future__ import annotations

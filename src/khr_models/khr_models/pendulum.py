@@ -71,6 +71,11 @@ class Pendulum:
         return self.mass * self.length**2
 
     @property
+    def edge_inertia(self) -> float:
+        """Return m (l^2 + b^2) about toe or heel, kg m^2."""
+        return self.mass * (self.length**2 + self.half_foot**2)
+
+    @property
     def weight(self) -> float:
         """Return m g, N."""
         return self.mass * GRAVITY

@@ -86,8 +86,9 @@ def ankle_numbers() -> str:
             f'phi_cr rises from {free:.2f} to {held:.2f} deg.',
             f'- At 6 deg the loop (3.13) leans the robot to {math.degrees(target):.2f} deg '
             f'(physical, against the load) or to {math.degrees(wrong):+.2f} deg (the printed sign).',
-            f'- That adjustment through (3.11) has a largest pitch rate of {rates[0]:.1f} deg/s '
-            f'published, {rates[1]:.1f} deg/s physical.',
+            '- The adjustment to the first of these leans through (3.11), from a servo that carries the '
+            f'weight, has a largest pitch rate of {rates[0]:.1f} deg/s published, {rates[1]:.1f} deg/s '
+            'physical.',
             f"- K_P = 69, read in N m/rad, reaches the real servo's stall torque of "
             f'{STALL_TORQUE:g} N m at an error of {math.degrees(STALL_TORQUE / 69.0):.2f} deg.',
         ]

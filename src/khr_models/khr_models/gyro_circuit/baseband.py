@@ -82,6 +82,7 @@ def _carry(
         rate in y.
     """
     decay, fade = cmath.exp(pole * period), math.exp(-corner * period)
-    read = residue * corner * (decay - fade) / (pole + corner)
+    gap = pole + corner
+    read = residue * corner * ((decay - fade) / gap if gap else period * decay)
     direct = (read - residue * (1.0 - fade)) / pole
     return decay, (decay - 1.0) / pole, read, direct.real

@@ -244,7 +244,8 @@ def response_by_simulation(loop: ServoLoop, tones: Sequence[Tone], time: Array) 
 def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
     """Return (5.11) with a_0 of (5.13), f_A0 of (5.12) and the decay as the form has them.
 
-    theta(t) = a_0 cos(2 pi f_0 t + delta) + b_0 exp(-decay t) cos(2 pi f_A0 t + beta), delta the
+    theta(t) = a_0 cos(2 pi f_0 t + delta) + b_0 exp(-decay t) cos(2 pi f_A0 t + beta), in the
+    thesis of the pitch rate, which the same transfer function leads from its reference; delta the
     phase of G_f and b_0, beta from the initial conditions (5.14): from rest, those that G_f has.
 
     Raises:
@@ -310,4 +311,5 @@ def _ringing_rate(loop: ServoLoop, tone: Tone) -> float:
         loop.gain_at(tone.frequency) * tone.amplitude * np.exp(1j * (angular * time + tone.phase))
     )
     ringing = response_by_residues(loop, [tone], time) - steady.real
-    return float(np.sqrt(np.mean(np.gradient(ringing, time) ** 2)))
+    power = np.trapezoid(np.gradient(ringing, time) ** 2, time) / GAIT_PERIOD
+    return float(np.sqrt(power))

@@ -3,7 +3,7 @@
 Printed: J th'' = -m g l sin(th + phi) + K_P e + K_I int e dt + K_D de/dt with e = th* - th. The
 physical form has +m g l sin. The servo's torque stands for Delta b in (3.5), so Delta follows
 from it: Delta = torque/b published, -torque/b physical (a torque that leans the body back presses
-on the toe). Both settle at the same lean with the same Delta.
+on the toe). With K_I > 0 both settle at the same lean with the same Delta.
 """
 
 from __future__ import annotations
@@ -66,11 +66,15 @@ def simulate_servo(
     initial_lean: float = 0.0,
     duration: float = 5.0,
     step: float = 1e-3,
+    initial_integral: float = 0.0,
     form: Form = 'physical',
 ) -> ServoMotion:
     """Integrate (3.11) from rest at an initial lean to a target lean set at time 0.
 
     The derivative acts on the measured lean alone: the target's own step is no impulse.
+
+    Args:
+        initial_integral: of the error at time 0, rad s; at 0 the servo carries no load yet.
     """
     inclination_within(inclination)
     sign = sign_of(form)
@@ -85,7 +89,7 @@ def simulate_servo(
         moment = gravity + pid.torque(error, integral, -rate)
         return rate, moment / pendulum.inertia, error
 
-    states = integrate(derivative, (initial_lean, 0.0, 0.0), times)
+    states = integrate(derivative, (initial_lean, 0.0, initial_integral), times)
     motion = until_lying(times, states)
     torque = pid.torque(target - motion.lean, states[2, : motion.time.size], -motion.rate)
     return ServoMotion(
@@ -104,17 +108,23 @@ def corrected_motion(
 ) -> ServoMotion:
     """Integrate (3.11) over a second in which the lean that (3.13) asks for is set at once.
 
+    The servo carries the weight at the start. In both forms the target is the lean of the physical
+    (3.13): with the printed sign it would be further downhill.
+
     Args:
         gain: K_A on the force difference, rad/N.
     """
+    pid = Pid()
+    load = sign_of(form) * pendulum.gravity_moment * math.sin(initial_lean + inclination)
     return simulate_servo(
         pendulum,
-        Pid(),
+        pid,
         target=controlled_lean(pendulum, gain, inclination=inclination, initial_lean=initial_lean),
         inclination=inclination,
         initial_lean=initial_lean,
         duration=1.0,
         step=step,
+        initial_integral=-load / pid.integral,
         form=form,
     )
 

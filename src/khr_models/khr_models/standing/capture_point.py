@@ -38,7 +38,7 @@ class Flywheel:
 
     def __post_init__(self) -> None:
         for name in ('inertia', 'speed', 'span', 'torque'):
-            if getattr(self, name) != math.inf:
+            if (name, getattr(self, name)) != ('torque', math.inf):
                 positive(name, getattr(self, name))
 
 
@@ -111,7 +111,8 @@ def capture_force(pendulum: Pendulum, inertia: float, duration: float) -> float:
 
     Args:
         pendulum: mass, height over the sole, distance from the edge.
-        inertia: J about the edge, kg m^2; m l^2 is that of a point mass.
+        inertia: J about the edge, kg m^2; m (l^2 + b^2) is that of a point mass, and the physical
+            form of :mod:`khr_models.standing.push` has m l^2.
         duration: T, s.
 
     Raises:

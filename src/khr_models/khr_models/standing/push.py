@@ -36,7 +36,9 @@ from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid
 
 State = tuple[float, ...]
-RUNGE_KUTTA_REACH = 2.785  # |eigenvalue * step| up to which the fourth order is stable
+RUNGE_KUTTA_REACH = (
+    2.6  # |eigenvalue * step| up to which it is stable in the whole left half plane
+)
 Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
 Direction = Literal['behind', 'front']
 DIRECTIONS: tuple[Direction, ...] = ('behind', 'front')
@@ -265,7 +267,8 @@ class Recovery:
     """One push; arrays sampled every integration step.
 
     ``x_com`` (m) is measured from the toe for a push from behind; the robot stands while it is in
-    the band -2 b <= x <= 0, and (4.7) asks for its half -b <= x <= 0. For a push from the front it
+    the band -2 b <= x <= 0, on an incline -2 b cos(phi), and (4.7) asks for its half next to the
+    edge. For a push from the front it
     is measured from the heel with its sign turned, so the same band holds. ``rate`` is the pitch
     rate (rad/s) and ``ankle`` the ankle's lean th_A (rad, backward positive), both turned alike.
     """

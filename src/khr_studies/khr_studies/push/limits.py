@@ -123,7 +123,7 @@ def momentum(duration: float) -> Row:
         'duration': duration,
         'survived': duration * found.survived,
         'fatal': duration * found.fatal,
-        'point_mass': duration * capture_force(own, own.inertia, duration),
+        'point_mass': duration * capture_force(own, own.edge_inertia, duration),
         'rigid_body': duration * capture_force(own, inertia, duration),
         'moved_mm': float('nan') if response.fell else moved,
     }
@@ -145,7 +145,7 @@ def compliance(duration: float) -> Row:
         'rigid': capture_force(edge, inertia, duration),
         'model': model_push(soft, 'physical', 'robot'),
         'stiff_model': largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
-        'rigid_point_mass': capture_force(edge, edge.inertia, duration),
+        'rigid_model': capture_force(edge, edge.inertia, duration),
     }
 
 

@@ -45,7 +45,7 @@ COMPLIANCE_COLUMNS = {
     'rigid, closed form, N': '{rigid:.2f}',
     'model of its body, N': '{model:.2f}',
     'with a stiff servo, N': '{stiff_model:.2f}',
-    'rigid point mass, closed form, N': '{rigid_point_mass:.2f}',
+    'rigid, m l^2 as the model, closed form, N': '{rigid_model:.2f}',
 }
 MODELS = {
     'model of its body, published': 'published_robot',
@@ -96,7 +96,7 @@ def document_part() -> str:
         __name__,
         body=body,
         heels=own.tipping('front')[0].half_foot,
-        inertia=inertia / (body.mass * (body.length**2 + body.half_foot**2)),
+        inertia=inertia / body.edge_inertia,
         servo=legs(own, SimulatorParameters()),
         pad_distance=SimulatorParameters().pad_distance,
         study=study,

@@ -125,7 +125,7 @@ class Stance:
         """Return the pendulum about its tipping edge, and the inertia about this edge, kg m^2."""
         side = 1.0 if direction == 'behind' else -1.0
         own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
-        return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
+        return own, self.inertia + own.edge_inertia
 
 
 def stance(scenario: Scenario | None = None) -> Stance:

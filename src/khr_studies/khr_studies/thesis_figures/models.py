@@ -134,7 +134,7 @@ def gain_unit() -> Figure:
 
 
 ROBOT = Pendulum(1.5, 0.2, 0.055)  # of the KHR-3HV, its mass above the middle of its soles
-INERTIA = 1.23 * ROBOT.inertia  # about the edge, of the rigid robot
+INERTIA = 1.23 * ROBOT.edge_inertia  # of the rigid robot
 PUSHED, DECISION = 0.1, 0.075  # s, from the start of the push
 STEP, SWING = 0.13, 0.2  # m, and s from the decision to the landing
 SHOWN = 0.6  # s

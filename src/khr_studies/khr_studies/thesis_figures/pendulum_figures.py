@@ -49,6 +49,9 @@ FORMS_EXPLAINED = (
 EXPERIMENT_DEG = 6.4  # phi_cr without control, measured
 STEP_INCLINATIONS_DEG = (0.0, 3.8, 6.4, 7.6)
 CONTROLLED = (STAGE_2, STAGE_3)
+SERVO_EXPLAINED = (
+    'the servo carries the weight at first; the target is that of the physical (3.13) in both'
+)
 RISES_DEG = 7.6  # the thesis's rate rises abruptly above, calculated and measured
 # the ankle steps to the lean that (3.13) asks for; inclination and form follow
 ADJUST = partial(corrected_motion, ROBOT, FORCE_GAIN, initial_lean=INITIAL_LEAN, step=2e-3)
@@ -201,6 +204,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         figure,
         'Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for',
         FORMS_EXPLAINED,
+        SERVO_EXPLAINED,
         'on the simulated robot the loops adjust while the slope tilts and one leg lifts; '
         'a thin line per seed, x: it fell; not linear beyond 10°/s',
         rate.note,
@@ -231,6 +235,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         figure,
         'Figure 3.13: the largest pitch rate while the ankle adjusts, of model and robot',
         f'{spread_note(lifts.values())}; x at the top: a seed lost, which has no largest rate',
+        SERVO_EXPLAINED,
         'robot: in a leg lift, until it lowers the foot',
         rate.note,
     )

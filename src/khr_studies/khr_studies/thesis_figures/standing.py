@@ -278,10 +278,14 @@ def _plot_model(axis: Axes, slope_deg: Array, gain: float, color: str, label: st
 
 
 def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
-    """Mark the limit of the thesis's robot, where the toe carries the whole weight."""
-    limit = thesis_limit(stage)
-    axis.axvline(limit, color=color, linewidth=0.6, linestyle=':')
-    label = f'thesis, {gains_label(stage)}: toe carries m g at {limit:g}°'
+    """Mark the limit of the thesis's robot, without control where the toe carries the weight."""
+    limit, name = thesis_limit(stage), f'thesis, {gains_label(stage)}'
+    look: Look = {'color': color, 'linewidth': 0.6, 'linestyle': ':'}
+    if stage != STAGE_1:
+        axis.axvline(limit, label=f'{name}: stands up to {limit:g}°', **look)
+        return
+    axis.axvline(limit, **look)
+    label = f'{name}: toe carries m g at {limit:g}°'
     axis.plot([limit], [ROBOT.weight], 'D', color=color, markerfacecolor='white', label=label)
 
 

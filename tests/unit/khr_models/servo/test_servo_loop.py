@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from khr_common.errors import KhrError
+from khr_common.published import GAIT_PERIOD
 from khr_models.servo.servo_loop import (
     ServoLoop,
     Tone,
@@ -150,6 +151,17 @@ def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
     assert np.all(np.diff(sweep.stability_limit) < 0.0)
     assert np.all(np.diff(sweep.ringing_rate[:3]) > 0.0)
     assert math.isinf(sweep.ringing_rate[3])
+
+
+def test_the_ringing_rate_is_the_root_mean_square_over_a_gait_cycle():
+    stiffness = 151.0
+    found = float(sweep_stiffness(LOOP, [stiffness], TONE).ringing_rate[0])
+    loop, angular = replace(LOOP, stiffness=stiffness), 2.0 * math.pi * TONE.frequency
+    time = np.linspace(0.0, GAIT_PERIOD, 400_001)
+    steady = loop.gain_at(TONE.frequency) * TONE.amplitude * np.exp(1j * angular * time)
+    ringing = response_by_residues(loop, [TONE], time) - steady.real
+    fine = np.sqrt(np.mean(np.gradient(ringing, time) ** 2))
+    assert found == pytest.approx(fine, rel=5e-3)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from khr_models.standing.ankle_servo import (
     Pid,
     controlled_critical_inclination,
     controlled_lean,
+    corrected_motion,
     simulate_servo,
 )
 from khr_models.standing.friction import SlidingFoot, simulate_sliding, sliding_inclination
@@ -50,6 +51,14 @@ def test_it_settles_at_the_target_with_the_static_delta(form, inclination):
     assert motion.force_difference[-1] == pytest.approx(
         static_force_difference(pendulum, 0.02, inclination), abs=1e-4
     )
+
+
+@pytest.mark.parametrize('form', ['published', 'physical'])
+def test_a_correction_starts_from_a_servo_that_carries_the_weight(form):
+    still = corrected_motion(Pendulum(), 0.0, inclination=0.1, initial_lean=0.01, form=form)
+    assert np.allclose(still.lean, 0.01, atol=1e-9)
+    moved = corrected_motion(Pendulum(), 2e-3, inclination=0.1, initial_lean=0.01, form=form)
+    assert moved.lean[-1] < 0.0  # uphill
 
 
 @given(st.floats(0.0, 0.02), st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))

@@ -1,10 +1,11 @@
 """Push recovery and capture point against closed forms, SciPy's integrator and symmetry."""
 
 import math
+import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -190,6 +191,19 @@ def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
     assert np.ptp(run.x_com) < 1e-9
 
 
+@example(0.55, 1.0)
+@given(st.floats(0.05, 1.5), st.floats(0.5, 1.0))
+def test_the_longest_step_that_is_accepted_is_stable(ratio, share):
+    natural = 100.0  # rad/s
+    pid = Pid(natural**2 * P.inertia - P.gravity_moment, 0.0, 2.0 * ratio * natural * P.inertia)
+    with pytest.raises(KhrError, match=r'\(0, (.*)\]') as refused:
+        PushLoop(pid=pid, form='published', period=0.06, step=0.05)
+    longest = float(re.search(r'\(0, (.*)\]', str(refused.value))[1])
+    pole = longest * natural * (-ratio + 1j * np.sqrt(1.0 - ratio**2 + 0j))
+    for step in share * pole, share * pole.conjugate():
+        assert abs(1 + step + step**2 / 2 + step**3 / 6 + step**4 / 24) < 1.0
+
+
 @pytest.mark.parametrize(
     'call, name',
     [
@@ -201,6 +215,7 @@ def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
         (lambda: largest_push(PushLoop(), direction='left'), 'direction'),
         (lambda: capture_force(P, 0.0, 0.1), 'inertia'),
         (lambda: Flywheel(span=0.0), 'span'),
+        (lambda: Flywheel(speed=math.inf), 'speed'),
         (lambda: step_margin(-0.1, 0.2, OMEGA), 'length'),
         (lambda: step_margin(0.1, 0.2, OMEGA, -1), 'steps'),
         (lambda: largest_force(P, INERTIA, 0.1, -0.1), 'margin'),
