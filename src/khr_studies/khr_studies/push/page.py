@@ -91,6 +91,7 @@ def document_part() -> str:
     """Measure, and return the part of the models' document on the robot; it takes minutes."""
     own = stance()
     body, inertia = own.tipping('behind')
+    moved = [momentum(duration) for duration in SHORT]
     on_pads = conditions(durations=DURATIONS[:1], gyros=('packaged',), changes=PADS)
     return page_text(
         __name__,
@@ -102,7 +103,8 @@ def document_part() -> str:
         study=study,
         pushes=largest_pushes(push_table(conditions())),
         on_pads=largest_pushes(push_table(on_pads)),
-        momentum=_table([momentum(duration) for duration in SHORT], MOMENTUM_COLUMNS),
+        momentum=_table(moved, MOMENTUM_COLUMNS),
+        weakest=min(moved, key=lambda row: float(row['survived']))['duration'],
         compliance=_table([compliance(duration) for duration in DURATIONS], COMPLIANCE_COLUMNS),
     ).strip()
 
