@@ -8,7 +8,7 @@ from typing import cast, get_args
 from khr_common import ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
-from khr_common.interfaces import Flow, Topic
+from khr_common.interfaces import NAME, Flow, Topic
 
 # Topics of every run; nodes add their own topics.
 OF_EVERY_RUN = (
@@ -63,7 +63,7 @@ class RecorderParameters:
         """Return the topics to record.
 
         Raises:
-            ParameterError: if the type or the flow of a topic is malformed.
+            ParameterError: if name, type or flow of a topic is malformed.
         """
         stated = tuple(_topic(line) for line in self.topics if line)
         return (stated or OF_EVERY_RUN) + tuple(_topic(line) for line in self.extra_topics if line)
@@ -82,7 +82,7 @@ RECORDER = NodeSpec(
 
 def _topic(line: str) -> Topic:
     name, kind, flow = (line.split() + [''] * 3)[:3]
-    if kind.count('/') != 2 or flow not in get_args(Flow):
+    if not NAME.fullmatch(name) or kind.count('/') != 2 or flow not in get_args(Flow):
         raise ParameterError.refused(
             'topics', line, f'NAME PACKAGE/msg/TYPE {"|".join(get_args(Flow))}'
         )

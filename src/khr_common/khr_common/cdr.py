@@ -16,6 +16,7 @@ from struct import Struct
 from struct import error as StructError
 from typing import NamedTuple
 
+from khr_common.errors import MalformedError
 from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES, WRENCH, Topic
 
 BLANK = -1.2345678987654321e300  # stands where numbers of a template are to be filled in
@@ -211,6 +212,9 @@ def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
     if found == names:
         return positions
     by_name = dict(zip(found, positions, strict=True))
+    missing = [name for name in names if name not in by_name]
+    if missing:
+        raise MalformedError(f'no joint {missing[0]}')
     return tuple([by_name[name] for name in names])
 
 

@@ -7,6 +7,7 @@ of one world share the clock at the root.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
@@ -35,6 +36,8 @@ REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'right_toe': 'r_toe',
     'right_heel': 'r_heel',
 }
+
+NAME = re.compile(r'(~/|/)?[a-z_]\w*(/[a-z_]\w*)*', re.ASCII | re.IGNORECASE)  # of topic or node
 
 # Flow of a topic: a message in every control period, with the timestamp of its sample; latched;
 # or at events.

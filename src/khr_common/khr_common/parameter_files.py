@@ -63,8 +63,22 @@ _WILDCARDS = {re.escape('**'): r'(?:/\w+)*', re.escape('*'): r'/\w+'}
 
 
 def files_in(arguments: Sequence[str]) -> list[str]:
-    """Return the parameter files that the arguments of a ROS 2 executable name."""
-    return [file for flag, file in pairwise(arguments) if flag == '--params-file']
+    """Return the parameter files that the arguments of a ROS 2 executable name.
+
+    Raises:
+        ParameterError: if a file is not behind ``--ros-args``, where ROS 2 would ignore it.
+    """
+    files, of_ros = [], False
+    for flag, file in pairwise(arguments):
+        if flag in ('--ros-args', '--'):
+            of_ros = flag == '--ros-args'
+        elif flag == '--params-file' and not of_ros:
+            raise ParameterError(
+                f'{flag} {file}: not accepted here; accepted: --ros-args {flag} {file}'
+            )
+        elif flag == '--params-file':
+            files.append(file)
+    return files
 
 
 def read_blocks(file: str) -> list[ParameterBlock]:

@@ -62,7 +62,7 @@ def check_run(found: str, run: str) -> None:
         MalformedError: if it is another one.
     """
     if found != run:
-        raise MalformedError('of another run')
+        raise MalformedError(f'of another run; {VARIABLE} states that of this node')
 
 
 def is_integer(text: str) -> bool:

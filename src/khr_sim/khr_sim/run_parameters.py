@@ -11,6 +11,7 @@ from typing import Any
 from khr_common import KhrError, ParameterError, fixed, parameter
 from khr_common import interfaces as topics
 from khr_common.block import NodeSpec
+from khr_common.interfaces import NAME
 from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
@@ -109,6 +110,12 @@ class RunParameters(SimulatorParameters):
             raise ParameterError.refused(
                 'push_point', self.push_point, f'up to {LONGEST_ARM:g} m away'
             )
+        for name in filter(None, self.answers):
+            if not NAME.fullmatch(name):
+                raise ParameterError.refused('answers', name, 'the name of a node')
+        for text in filter(None, self.robots):
+            if not NAME.fullmatch(_robot(text).get('name', '')):
+                raise ParameterError.refused('robots', text, 'JSON with the "name" of a robot')
         try:
             for text in filter(None, self.pushes):
                 self.check_push(Push.parse(text))
@@ -129,7 +136,7 @@ class RunParameters(SimulatorParameters):
 
     @property
     def _robots(self) -> list[dict[str, Any]]:
-        return [json.loads(text) if text else {} for text in self.robots]
+        return [_robot(text) for text in self.robots]
 
     def check_push(self, push: Push) -> None:
         """Check a push against robot and limits.
@@ -168,6 +175,14 @@ SIMULATOR = NodeSpec(
     ),
     node='khr_sim.nodes.simulator:SimulatorNode',
 )
+
+
+def _robot(text: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text or '{}')
+    except ValueError:
+        found = None
+    return found if isinstance(found, dict) else {}
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:

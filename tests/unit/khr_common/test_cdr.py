@@ -13,6 +13,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from khr_common import cdr
+from khr_common.errors import MalformedError
+from khr_common.interfaces import JOINT_STATES
 from khr_common.nodes.messages import serialized, to_nanoseconds
 
 texts = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
@@ -108,6 +110,13 @@ def test_joint_positions_of_senders_whose_messages_are_of_one_length(stamp, fram
             tuple(each),
             (number,) * len(each),
         )
+
+
+def test_a_joint_that_is_missing_is_named():
+    read = cdr.numbers_of(JOINT_STATES)
+    message = JointState(name=['l_knee'], position=[0.0])
+    with pytest.raises(MalformedError, match=r'^no joint head_yaw$'):
+        read(serialize_message(message))
 
 
 def test_forms_of_all_lengths_do_not_fill_the_memory():

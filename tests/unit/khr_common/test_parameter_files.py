@@ -84,6 +84,8 @@ def test_a_parameter_for_all_that_this_node_lacks_is_a_warning(tmp_path):
 def test_files_are_those_that_the_flag_names():
     arguments = ['gait', '--ros-args', '--params-file', 'a', '-p', 'x:=1', '--params-file', 'b']
     assert files_in(arguments) == ['a', 'b']
+    with pytest.raises(ParameterError, match='accepted: --ros-args --params-file c'):
+        files_in(['gait', '--params-file', 'c'])
 
 
 @pytest.mark.parametrize(

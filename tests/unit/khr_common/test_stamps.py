@@ -116,6 +116,16 @@ def test_a_topic_that_is_newly_needed_and_lags_leaves_no_gap(node):
     assert node._block.answered == [0, 15, 30, 45]
 
 
+def test_another_period_than_that_of_the_block_is_warned_of_once(node, monkeypatch):
+    warnings = []
+    log = Made(warning=warnings.append)
+    monkeypatch.setattr(KhrNode, 'get_logger', lambda _: log, raising=False)
+    node.parameters = Made(control_period=0.015)
+    for number in range(60):
+        node._on_numbers('rate', 10_000_000 * number, (0.0,))
+    assert len(warnings) == 1 and '0.015 s, but a sample comes every 0.01 s' in warnings[0]
+
+
 def test_an_error_in_the_code_of_a_block_names_its_line(node, capsys):
     node.failure = None
     node._on_numbers('rate', 0, (0.0,))

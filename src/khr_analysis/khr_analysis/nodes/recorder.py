@@ -155,17 +155,10 @@ class RecorderNode(Listener):
                 self._subscribe_to(name, self._on_shared)
 
     def _subscribe_to(self, name: str, callback: Callable[[str, bytes], None]) -> None:
-        topic = self._topics[name]
-        kind = message_class(topic.kind)
-        receive = partial(callback, name)
-
-        def subscription(qos: QoSProfile) -> object:
-            return self.create_subscription(kind, name, receive, qos, raw=True)
-
+        topic, receive = self._topics[name], partial(callback, name)
         latched = topic.flow == 'latched'
-        subscription(DEPTH_LATCHED if latched else DEPTH)
-        if topic.kind in STAMPED and not latched:
-            self.subscribe_best_effort_too(topic, subscription)
+        qos = DEPTH_LATCHED if latched else DEPTH
+        self.subscribe_raw(topic, receive, qos, topic.kind in STAMPED and not latched)
 
     def _on_log(self, name: str, data: bytes) -> None:
         """Record a log message from the domain-wide topic if a node of this robot sent it."""
@@ -195,7 +188,6 @@ class RecorderNode(Listener):
     def _on_message(self, name: str, data: bytes) -> None:
         self._idle_spins = 0
         topic = self._topics[name]
-        self.matched(topic)
         if name in self._kinds and self._last.get(name) == data:
             return  # a repeated sample
         try:

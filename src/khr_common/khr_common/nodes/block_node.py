@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from statistics import median
 from typing import Any
 
 from khr_common.block import Block, NodeSpec, Numbers, Signals, error_text, print_traceback
@@ -10,6 +11,9 @@ from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
 from khr_common.nodes.node import KhrNode
 from khr_common.stamps import ExactTimeSynchronizer, RunTime
+
+GAPS = 20  # between the first samples, by which their period is judged
+TOLERATED = 0.2  # relative difference between their median and the control period
 
 
 class BlockNode(KhrNode):
@@ -24,6 +28,7 @@ class BlockNode(KhrNode):
         assert spec.block is not None, f'{spec.name} has no block to run'
         self._block: Block[Any] = spec.block(self.parameters)
         self._answered = -1  # ns
+        self._gaps: list[int] = []  # ns, between the first samples
         self._time = RunTime()
         self._samples = ExactTimeSynchronizer(self._block.needs)
         self._outputs = [self.output(topic) for topic in spec.publishes if topic.flow == 'period']
@@ -58,6 +63,19 @@ class BlockNode(KhrNode):
             print_traceback(kind, error)
             self.fail(error_text(kind, error))
 
+    def _watch_period(self, stamp_ns: int) -> None:
+        """Warn if the samples come in another period than the block computes with."""
+        if self._answered >= 0:
+            self._gaps.append(stamp_ns - self._answered)
+        period = getattr(self.parameters, 'control_period', None)
+        if period and len(self._gaps) == GAPS:
+            found = median(self._gaps) / 1e9
+            if abs(found - period) > TOLERATED * period:
+                self.get_logger().warning(
+                    f'control_period: {period:g} s, but a sample comes every {found:.3g} s: time '
+                    'constants and delays are wrong by their ratio'
+                )
+
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         signals = self._samples.put(topic, stamp_ns, numbers)
         if signals is not None:
@@ -68,6 +86,8 @@ class BlockNode(KhrNode):
             return
         try:
             if stamp_ns > self._answered:  # a repeated stamp gets the same answer again
+                if len(self._gaps) < GAPS:
+                    self._watch_period(stamp_ns)
                 self._answered = self.now_ns = stamp_ns
                 seconds = self._time.since_start(stamp_ns) / 1e9
                 answer = self._block.update(seconds, signals)

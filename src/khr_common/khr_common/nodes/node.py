@@ -79,8 +79,10 @@ class KhrNode(ParameterNode):
         self.now_ns = 0
         self.closed = False
         self.outputs: list[Output] = []
-        self._refused: Counter[tuple[Topic, str]] = Counter()
-        self._unmatched: dict[Topic, Callable[[QoSProfile], object]] = {}
+        self._refused: dict[Topic, Counter[str]] = {}  # messages by reason
+        self._refusals_reported: dict[Topic, int] = {}  # how many of them the last report counted
+        self._unmatched: dict[Topic, Callable[[], object]] = {}
+        self._best_effort: set[Topic] = set()
         self._matching: Timer | None = None
 
     def configure(self, parameters: Any) -> None:
@@ -200,8 +202,11 @@ class KhrNode(ParameterNode):
         """Count a message that is not accepted; ``diagnostics`` names topic, reason, senders."""
         if not self._refused:
             self.by_wall_clock(REPORT_PERIOD, self._report_refused)
-        known = (topic, reason) in self._refused or len(self._refused) < MOST_REASONS
-        self._refused[topic, reason if known else 'other reasons'] += 1
+        reasons = self._refused.setdefault(topic, Counter())
+        if reason not in reasons and not self.run:  # by hand: a run reports them itself
+            self.get_logger().warning(f'{topic.name}: refused: {reason}')
+        known = reason in reasons or len(reasons) < MOST_REASONS
+        reasons[reason if known else 'other reasons'] += 1
 
     def report(self, level: bytes, message: str, values: Mapping[str, str]) -> None:
         """Publish the health of the node on ``diagnostics``, stamped with its newest time."""
@@ -217,7 +222,6 @@ class KhrNode(ParameterNode):
         def receive(data: bytes) -> None:
             if self.closed:
                 return
-            self.matched(topic)
             try:
                 found = read(data)
             except MalformedError as error:
@@ -231,44 +235,56 @@ class KhrNode(ParameterNode):
             except MalformedError as error:
                 self.refuse(topic, str(error))
             except KhrError as error:
-                self.fail(f'{topic.name}: {error}')
-
-        def subscription(qos: QoSProfile) -> Subscription:
-            kind = message_class(topic.kind)
-            return self.create_subscription(kind, topic.name, receive, qos, raw=True)
+                several = self.publishers_of(topic) > 1
+                self.fail(f'{topic.name}: {error}' + several * f'; from {self.senders(topic)}')
 
         if topic.flow == 'latched':
-            return subscription(LATCHED_FROM_ALL)
-        self.subscribe_best_effort_too(topic, subscription)
-        return subscription(DATA)
+            return self.subscribe_raw(topic, receive, LATCHED_FROM_ALL)
+        return self.subscribe_raw(topic, receive, DATA, best_effort_too=True)
 
-    def subscribe_best_effort_too(
-        self, topic: Topic, subscription: Callable[[QoSProfile], object]
-    ) -> None:
-        """Subscribe again if all publishers of a topic turn out to be best effort.
-
-        They never match a reliable subscription. Drivers of sensors often are.
+    def subscribe_raw(
+        self,
+        topic: Topic,
+        receive: Callable[[bytes], None],
+        qos: QoSProfile,
+        best_effort_too: bool = False,
+    ) -> Subscription:
+        """Create a subscription to serialized messages.
 
         Args:
-            topic: from which no message has come yet; see :meth:`matched`.
-            subscription: creates a subscription of the given quality of service.
+            topic: to subscribe to.
+            receive: called with each message.
+            qos: quality of service.
+            best_effort_too: whether to subscribe again if all publishers turn out to be best
+                effort, as those of drivers often are; they never match a reliable subscription. A
+                reliable publisher that comes later matches both, so messages without a repeated
+                stamp are then taken from the second one only.
         """
+        kind = message_class(topic.kind)
+
+        def first(data: bytes) -> None:
+            if self._unmatched:
+                self._unmatched.pop(topic, None)
+            if topic.flow == 'period' or topic not in self._best_effort:
+                receive(data)
+
+        if not best_effort_too:
+            return self.create_subscription(kind, topic.name, receive, qos, raw=True)
         if self._matching is None:
             self._matching = self.by_wall_clock(MATCH_PERIOD, self._match)
-        self._unmatched[topic] = subscription
-
-    def matched(self, topic: Topic) -> None:
-        """Note that a message has come on a topic."""
-        if self._unmatched:
-            self._unmatched.pop(topic, None)
+        self._unmatched[topic] = lambda: self.create_subscription(
+            kind, topic.name, receive, BEST_EFFORT, raw=True
+        )
+        return self.create_subscription(kind, topic.name, first, qos, raw=True)
 
     def _match(self) -> None:
-        for topic, subscription in list(self._unmatched.items()):
+        for topic, subscribe in list(self._unmatched.items()):
             infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
             reliabilities = {info.qos_profile.reliability for info in infos}
             if reliabilities == {ReliabilityPolicy.BEST_EFFORT}:
-                self.matched(topic)
-                subscription(BEST_EFFORT)
+                del self._unmatched[topic]
+                self._best_effort.add(topic)
+                subscribe()
                 self.get_logger().warning(
                     f'{topic.name}: published best effort: subscribed best effort, samples may '
                     'be lost'
@@ -278,17 +294,20 @@ class KhrNode(ParameterNode):
             self._matching = None
 
     def _report_refused(self) -> None:
-        self._publish_health(
-            [
+        """Report the refused messages of each topic; an error while more of them arrive."""
+        statuses = []
+        for topic, reasons in self._refused.items():
+            more = reasons.total() > self._refusals_reported.get(topic, 0)
+            self._refusals_reported[topic] = reasons.total()
+            statuses.append(
                 status(
-                    self.get_name(),
-                    f'{topic.name}: refused: {reason}; from {self.senders(topic)}',
-                    {'refused': str(count)},
-                    DiagnosticStatus.ERROR,
+                    f'{self.get_name()}: {topic.name}',
+                    f'refused: {next(reversed(reasons))}; from {self.senders(topic)}',
+                    {reason: str(count) for reason, count in reasons.items()},
+                    DiagnosticStatus.ERROR if more else DiagnosticStatus.WARN,
                 )
-                for (topic, reason), count in self._refused.items()
-            ]
-        )
+            )
+        self._publish_health(statuses)
 
     def _publish_health(self, statuses: list[DiagnosticStatus]) -> None:
         message = DiagnosticArray(status=statuses)
@@ -298,6 +317,10 @@ class KhrNode(ParameterNode):
     @cached_property
     def _diagnostics(self) -> Publisher:
         return self.publisher(DIAGNOSTICS)
+
+    def publishers_of(self, topic: Topic) -> int:
+        """Count the publishers of a topic under the name that it is remapped to."""
+        return int(self.count_publishers(self.resolve_topic_name(topic.name)))
 
     def senders(self, topic: Topic) -> str:
         """Return the publishers of a topic; the middleware names no sender of a message."""

@@ -13,7 +13,7 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.exceptions import ParameterException
+from rclpy.exceptions import ParameterException, ParameterUninitializedException
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 
@@ -141,10 +141,14 @@ class ParameterNode(Node):  # type: ignore[misc]
 
     def _build(self, changes: dict[str, Any]) -> Any:
         """Return the table with some values changed; raise ParameterError if it refuses them."""
-        values = {
-            name: plain(self.get_parameter(name).value) for name in specifications(self.table)
-        }
+        values = {name: self._value(name) for name in specifications(self.table)}
         return build(self.table, values | changes)
+
+    def _value(self, name: str) -> Any:
+        try:
+            return plain(self.get_parameter(name).value)
+        except ParameterUninitializedException:  # a list without elements has no type in ROS
+            return []
 
     def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
         own = specifications(self.table)

@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from khr_common.arithmetic import enter
 from khr_common.block import NodeSpec
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, one_line
 from khr_common.nodes.node import KhrNode
 from khr_common.processes import end_with_parent, report_parents_end
 
@@ -85,11 +85,9 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, spinner.interrupt)
     classes: list[type[KhrNode]] = [resolve_name(spec.node) for spec in specs]
-    if any(each.keeps for each in classes):
-        report_parents_end(spinner.abandon)
-    else:
-        end_with_parent()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    _follow_parent(spinner, any(each.keeps for each in classes))
+    if not _start_ros(specs[0].name):
+        return 2
     executor = EventsExecutor()
     nodes: list[KhrNode] = []
     try:
@@ -118,6 +116,23 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     finally:
         _close_keepers(nodes)
         _leave(nodes, executor)
+
+
+def _follow_parent(spinner: SpinUntilIdle, keeps: bool) -> None:
+    """End with the parent process; nodes that keep something are told, and close first."""
+    if keeps:
+        report_parents_end(spinner.abandon)
+    else:
+        end_with_parent()
+
+
+def _start_ros(name: str) -> bool:
+    """Initialize ROS with the arguments of the process; return whether they are accepted."""
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # such as a parameter file that is missing
+        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
+    return bool(rclpy.ok())
 
 
 def _join(nodes: Sequence[KhrNode]) -> None:

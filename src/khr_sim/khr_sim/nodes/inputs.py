@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from geometry_msgs.msg import WrenchStamped
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DECIDED,
     JOINT_REFERENCE,
@@ -17,6 +18,7 @@ from khr_common.interfaces import (
     mix,
 )
 from khr_common.nodes.messages import JointAnswer, to_nanoseconds
+from khr_common.stamps import SYSTEM_TIME
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import GAIT, REFEREE, RunParameters
 
@@ -92,6 +94,9 @@ def read_push(
 ) -> Push:
     """Convert a message to a push; a push in the past starts now.
 
+    Raises:
+        KhrError: if the push is not accepted, or its timestamp is system time.
+
     Args:
         message: with the force in the frame of the world or of a link, which it then acts on.
         parameters: give the link for a force in the world frame, the point and the duration.
@@ -101,8 +106,11 @@ def read_push(
     p, force = parameters, message.wrench.force
     frame = message.header.frame_id.removeprefix(f'{robot}/') or WORLD
     x, y, z = p.push_point
+    stamp_ns = to_nanoseconds(message.header.stamp)
+    if stamp_ns > SYSTEM_TIME > now_ns:
+        raise KhrError.refused('stamp', 'system time', 'simulated time (use_sim_time), or 0')
     push = Push(
-        start=max(to_nanoseconds(message.header.stamp), now_ns) / 1e9,
+        start=max(stamp_ns, now_ns) / 1e9,
         duration=p.push_duration,
         frame=frame,
         link=p.push_link if frame == WORLD else frame,

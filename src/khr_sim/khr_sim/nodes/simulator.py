@@ -185,6 +185,8 @@ class SimulatorNode(KhrNode):
         if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:
             self._contradicted(source, answer.stamp_ns)
             return
+        if answer.stamp_ns > self._lockstep.barrier.now_ns:
+            raise MalformedError('a timestamp ahead of the clock; accepted: that of the sample')
         if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
         # The first sample is republished until the run starts; its answers have no latency.
@@ -195,7 +197,7 @@ class SimulatorNode(KhrNode):
     def _contradicted(self, source: str, stamp_ns: int) -> None:
         """Reject a contradicting answer; end the run if a second publisher may have sent it."""
         topic = self._sources.topics[source]
-        if self.count_publishers(topic.name) > 1:
+        if self.publishers_of(topic) > 1:
             problem = f'another answer to t = {stamp_ns / 1e9:.3f} s than before'
             self._abort(f'{topic.name}: {problem}, from {self.senders(topic)}')
         else:
@@ -306,17 +308,24 @@ class SimulatorNode(KhrNode):
         if state == FINISHED:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
             values |= {} if self._in_lockstep else self._punctuality.result().texts()
+        if self._absent and not self.run:  # by hand: a run reports it itself
+            self.get_logger().info(f'waiting for {values["waiting_for"]}')
         level = DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK
         for publisher in self._states_out:
             publisher.publish(status('simulator', state, values, level))
 
     def _report(self) -> None:
-        kept = self._punctuality
+        kept, newest = self._punctuality, self._lockstep.barrier.newest
+        gaits = [newest[gait] for gait in self._sources.gaits if gait in newest]
+        age = (self.now_ns - min([gait.stamp_ns for gait in gaits], default=self.now_ns)) / 1e9
+        trouble = kept.late or kept.stale or age > self.parameters.command_timeout
         self.report(
-            DiagnosticStatus.WARN if kept.late or kept.stale else DiagnosticStatus.OK,
+            DiagnosticStatus.WARN if trouble else DiagnosticStatus.OK,
             self.state,
             {
                 'sync': self.parameters.sync,
+                'waiting_for': ', '.join(self._absent),
+                'reference_age_s': f'{age:.3f}',
                 'missed_periods': str(kept.late),
                 'stale_corrections': str(kept.stale),
                 **self._latency.figures(),

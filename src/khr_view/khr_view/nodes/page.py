@@ -182,12 +182,12 @@ class PageNode(KhrNode):
     def _look_at_driver(self) -> None:
         """Detect a driver that measures or supports less than the simulator."""
         for each in self._robots:
-            if not self.count_publishers(JOINT_STATES.under(each.name).name):
+            if not self.publishers_of(JOINT_STATES.under(each.name)):
                 return
-            each.scene.truth = self.count_publishers(TRUE_POSE.under(each.name).name) > 0
-            each.scene.pushable = self.count_publishers(PUSHED.under(each.name).name) > 0
+            each.scene.truth = self.publishers_of(TRUE_POSE.under(each.name)) > 0
+            each.scene.pushable = self.publishers_of(PUSHED.under(each.name)) > 0
         self._panel.show_offers(self._client.pausable, self._scene.pushable)
-        if not (self._scene.truth or self.count_publishers(ROBOT_DESCRIPTION.name)):
+        if not (self._scene.truth or self.publishers_of(ROBOT_DESCRIPTION)):
             self._robots[0].on_description(String(data=Robot.load().urdf))
 
     def _note(self, state: str) -> None:
