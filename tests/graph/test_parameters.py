@@ -110,6 +110,14 @@ def test_a_parameter_that_is_fixed_during_a_run_is_read_only_for_ros(nodes):
     assert gyro.parameters.seed == gyro.get_parameter('seed').value == 0
 
 
+def test_the_tilt_that_ends_a_run_is_that_of_the_referee_in_a_bout(nodes, monkeypatch):
+    simulator = nodes['simulator']
+    assert change(simulator, stop_when_tilted_deg=61.0).successful
+    monkeypatch.setattr(simulator, '_robots', ['red', 'blue'])
+    assert 'the referee ends it' in change(simulator, stop_when_tilted_deg=20.0).reason
+    assert change(simulator, lockstep_timeout=6.0).successful
+
+
 def test_what_is_accepted_reaches_the_node(nodes):
     assert change(nodes['simulator'], push_link='l_sole', push_point=[0.0, 0.1, 0.0]).successful
     assert nodes['simulator'].parameters.push_point == (0.0, 0.1, 0.0)

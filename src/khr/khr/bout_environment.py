@@ -115,7 +115,9 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         """Start an episode.
 
         Args:
-            seed: of placing errors and sensor noise; without one each episode draws its own.
+            seed: of the seeds of placing errors and sensor noise, of which each episode draws one;
+                ``infos`` has it as ``seed``, with which ``khr bout --set simulator.seed=SEED``
+                draws the same errors and noise.
             options: of this episode alone: ``red_start`` and ``blue_start``, x and y in m and
                 heading in deg. Others are ignored: PettingZoo's own test passes one.
 
@@ -134,7 +136,10 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         plant = self._begin(bout, [each.table(RunParameters) for each in robots.values()])
         plant.start([each.loop.reference(0.0) for each in self._robots.values()])
         self.agents = list(ROBOTS)
-        return self._observe(), self._infos()
+        infos = self._infos()
+        for info in infos.values():
+            info['seed'] = drawn
+        return self._observe(), infos
 
     def step(
         self, actions: Mapping[str, Observation]

@@ -94,7 +94,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
 
     metadata: dict[str, Any] = {  # noqa: RUF012
         'render_modes': ['rgb_array', 'human'],
-        'render_fps': 66.7,
+        'render_fps': 1.0 / 0.015,  # one per control period
     }
     names = tuple(OBSERVED)
 
@@ -112,6 +112,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             raise KhrError.refused('weights', sorted(unknown)[0], ' | '.join(WEIGHTS))
         if not os.environ.get('DISPLAY'):  # the checker of Gymnasium opens one of every mode
             self.metadata = {**self.metadata, 'render_modes': ['rgb_array']}
+        period = scenario.table(RunParameters).control_period
+        self.metadata = {**self.metadata, 'render_fps': 1.0 / period}
         self.render_mode = render_mode
         self.weights = {**WEIGHTS, **(weights or {})}
         for name, weight in self.weights.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import atan2, cos, hypot, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
@@ -14,7 +14,8 @@ from khr_common.interfaces import DECIDED, DECISION, TRUE_POSE
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
-NEAREST = 0.16  # m between two robots at the start, from middle to middle of their soles
+# m from the middle of the soles: reach of a robot ahead, and to its side with its arms down
+AHEAD, ASIDE = 0.08, 0.1
 
 
 def _start(x: float, heading_deg: float) -> Any:
@@ -73,11 +74,18 @@ class RefereeParameters:
             place = getattr(self, name)
             if beyond(place, self.ring_width):
                 raise ParameterError.refused(name, list(place), 'a place in the ring')
-        apart = hypot(*(self.red_start[n] - self.blue_start[n] for n in range(2)))
-        if apart < NEAREST:
+        x, y = (self.red_start[n] - self.blue_start[n] for n in range(2))
+        least = sum(_reach(atan2(y, x), start[2]) for start in (self.red_start, self.blue_start))
+        if hypot(x, y) < least:
             raise ParameterError.refused(
-                'blue_start', list(self.blue_start), f'{NEAREST:g} m from red_start at least'
+                'blue_start', list(self.blue_start), f'{least:.2f} m from red_start at least'
             )
+
+
+def _reach(direction: float, heading_deg: float) -> float:
+    """Return the reach of a robot, an ellipse, in a direction, rad: m."""
+    turned = direction - radians(heading_deg)
+    return hypot(AHEAD * cos(turned), ASIDE * sin(turned))
 
 
 class Decision(NamedTuple):

@@ -108,6 +108,14 @@ def test_every_reset_begins_an_episode_of_its_own_and_a_seed_repeats_the_series(
     environment.close()
 
 
+def test_a_walk_without_cycles_has_no_phase_and_pictures_come_once_a_period():
+    balance = khr.env('walk_0deg', set={'gait.cycles': 0, 'simulator.control_period': 0.02})
+    observation, _ = balance.reset(seed=1)
+    named = dict(zip(balance.names, observation, strict=True))
+    assert (named['phase_sine'], named['phase_cosine']) == (0.0, 1.0)
+    assert balance.metadata['render_fps'] == pytest.approx(50.0)
+
+
 def test_options_are_of_one_episode_alone():
     environment = khr.env('stand_0deg', set=SHORT)
     hashes = {}

@@ -160,9 +160,8 @@ class GaitParameters:
     def cyclic(self) -> bool:
         """Return whether the motion repeats a cycle of ``cycle_period``."""
         part = self.repeat[1] - self.repeat[0]
-        return self.motion == 'walk' or (
-            self.motion == 'file' and self.cycles > 0 and isclose(part, self.cycle_period)
-        )
+        repeats = self.motion == 'file' and isclose(part, self.cycle_period)
+        return self.cycles > 0 and (self.motion == 'walk' or repeats)
 
     @property
     def label(self) -> str:

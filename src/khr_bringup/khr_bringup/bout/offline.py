@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from khr_analysis.outcome import Outcome
-from khr_analysis.referee import Decision, judge
+from khr_analysis.referee import RefereeBlock
 from khr_bringup.bout.bout import Bout
 from khr_bringup.bout.result import BoutResult, Round, fight
 from khr_bringup.changes import Change
@@ -65,7 +65,7 @@ def _run_round(
         name: _pushed(scenario, influences[name].pushes)
         for name, scenario in bout.in_round(number).items()
     }
-    rules, decided = bout.rules, list[Decision]()
+    referee = RefereeBlock(bout.rules)
     plant = Plant([each.table(RunParameters) for each in robots.values()], bout.starts)
     try:
         loops = {name: ControlLoop(each) for name, each in robots.items()}
@@ -79,15 +79,18 @@ def _run_round(
 
         def take(truths: Truths) -> str:
             watch(truths, loops)
-            now = plant.truths[0].stamp_ns / 1e9
-            places = {name: truth.position.tolist() for name, truth in truths.items()}
-            if not decided and (decision := judge(rules, now, outcomes(), places)):
-                decided.append(decision)
-            return REFEREE if decided else ''
+            seen = {
+                topic.under(name): numbers
+                for name, truth in truths.items()
+                for topic, numbers in truth.signals().items()
+            }
+            referee.update(plant.truths[0].stamp_ns / 1e9, seen)
+            return REFEREE if referee.decision else ''
 
         wall_time = run_plant(plant, loops, live, take)
         length = plant.truths[0].stamp_ns / 1e9
-        return Round(decided[0], outcomes(), plant.trajectory_hash, length, wall_time)
+        assert referee.decision is not None
+        return Round(referee.decision, outcomes(), plant.trajectory_hash, length, wall_time)
     finally:
         plant.close()
 

@@ -89,6 +89,12 @@ class SimulatorNode(KhrNode):
     def _in_lockstep(self) -> bool:
         return self.parameters.sync == 'lockstep'
 
+    def check(self, parameters: RunParameters) -> None:
+        """Refuse a tilt that would end a bout, of which the referee ends the rounds."""
+        key = 'stop_when_tilted_deg'
+        if len(self._robots) > 1 and getattr(parameters, key) != getattr(self.parameters, key):
+            raise KhrError(f'{key}: cannot change in a bout: the referee ends it')
+
     def configure(self, parameters: RunParameters) -> None:
         """Apply changed parameters from the next control period on."""
         self.plant.configure(list(parameters.of_robots().values()))

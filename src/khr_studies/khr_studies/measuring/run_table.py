@@ -141,7 +141,7 @@ def newcombe(hits: int, runs: int, before: int, of: int) -> tuple[float, float, 
     """Return the difference of two probabilities with its 95 % interval, from Wilson's of each.
 
     Newcombe (1998), Statistics in Medicine 17, method 10. The runs are taken as independent; with
-    seeds in common the interval is rather too wide.
+    seeds in common most intervals are rather too wide.
 
     Args:
         hits, runs: with a change.

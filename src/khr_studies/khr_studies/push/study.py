@@ -96,7 +96,7 @@ class PushCondition:
         base = self.base()
         if not force:
             return base
-        along, turned = self.side * force, math.radians(angle)
+        along, turned = self.side * float(force), math.radians(angle)
         x, y = along * math.cos(turned), along * math.sin(turned) if angle else 0
         point = ','.join(f'{value:.6f}' for value in stance(base).point)
         return base.changed(

@@ -21,6 +21,14 @@ def hashed(bout, influences=()):
     return run_bout(bout, influences=dict(influences)).rounds[0].trajectory_hash
 
 
+def test_the_rules_judge_a_round_whatever_is_changed_in_a_monitor():
+    rules = SHORT.set_to(['referee.down_time=0.1'])
+    low = Change('monitor', 'fall_height', 1.0, -1)  # a robot that sinks by anything has fallen
+    changed = run_bout(rules, influences={(0, 'red'): Influences(changes=(low,))})
+    assert changed.rounds[0].outcomes['red'].fell
+    assert changed.rounds[0].decision == run_bout(rules).rounds[0].decision
+
+
 @pytest.mark.slow
 def test_changes_and_pushes_act_on_their_robot_alone():
     untouched = hashed(SHORT)
