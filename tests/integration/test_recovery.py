@@ -6,13 +6,17 @@ import numpy as np
 import pytest
 
 from khr_bringup.balance import BalanceModel
+from khr_bringup.bout.bout import load_bout
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import RECOVERY_STATE
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.ensemble_file import ensemble_digest
+from khr_studies.measuring.run_table import read_table
 from khr_studies.push.study import START, PushCondition, falls
-from khr_studies.recovery.study import Case, push_once, push_walk
+from khr_studies.recovery.study import Case, push_once, push_walk, quiet_run
+from tests import ROOT
 
 ENGINES = ('mujoco', 'bullet')
 ENABLED = (('recovery', 'enabled'), True)
@@ -121,6 +125,28 @@ def test_a_step_out_of_a_walk_holds_a_push_that_topples_it(direction, phase, imp
     stepped = push_walk(case.condition('mujoco', recovery=True, motion='walk'), impulse, phase)
     assert not stepped['fell']
     assert stepped['steps'] == 1
+
+
+def test_a_weak_push_topples_no_walk_that_holds_it_without_the_node():
+    case = Case('behind')
+    for phase in (0.205, 0.21875):
+        walked = push_walk(case.condition('mujoco', recovery=True, motion='walk'), 0.26, phase)
+        assert not walked['fell']
+
+
+def test_a_robot_that_shoves_alone_does_not_step():
+    shoves = (
+        load_bout('shove')
+        .robots['red']
+        .changed({('simulator', 'duration'): 8.0, ('simulator', 'engine'): 'mujoco'})
+    )
+    alone = quiet_run(shoves)
+    assert not alone['fell'] and alone['steps'] == 0
+
+
+def test_the_members_of_the_page_are_those_of_the_ensemble():
+    table = read_table(ROOT / 'docs' / 'recovery.csv')
+    assert set(table['ensemble'].dropna()) == {ensemble_digest()}
 
 
 def test_a_run_without_a_fall_is_the_same_bit_for_bit_with_the_node():

@@ -67,7 +67,7 @@ class RecoveryParameters:
     )
     moving_rate_deg: tuple[float, ...] = _pair(
         'pitch rate above which the robot steps by ``moving_threshold``.',
-        50.0,
+        60.0,
         50.0,
         '[0, 500] deg/s',
     )

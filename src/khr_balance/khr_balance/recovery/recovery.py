@@ -8,8 +8,10 @@ from math import radians
 
 import numpy as np
 
+from khr_balance.gaits.kinematics import GaitError
 from khr_balance.recovery.estimator import CaptureEstimator, Estimate
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, SIGNS, RecoveryParameters
+from khr_balance.recovery.reference import Reference
 from khr_balance.recovery.stance import Stance
 from khr_balance.recovery.step import Phase, Step, blended, closing_angles, minimum_jerk
 from khr_common.block import Block, NodeSpec, Numbers, Signals
@@ -30,7 +32,6 @@ from khr_common.rotation import Array
 
 LEGS = tuple(JOINT_INDEX[name] for name in RECOVERY_CORRECTION.names)
 ZERO = (0.0,) * len(LEGS)
-SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
 Closings = dict[tuple[int, str], Array]  # their angles by direction and foot
 FADED = (ANKLE_CORRECTION, HIP_CORRECTION)
 
@@ -41,7 +42,8 @@ class Recovery(Block[RecoveryParameters]):
     The correction is the own target minus the reference and the corrections of ankle and hip, so
     that the sum of all is the own target. It is exactly zero while the node waits. A step out of a
     motion ends it: the robot stands, with ankle and hip control, until the reference does so too.
-    Head and arms stay with the reference.
+    Head and arms stay with the reference. In a motion that has moved no foot yet (a squat, a bow, a
+    shove, the first shift of a walk) the node waits.
     """
 
     subscribes = (JOINT_REFERENCE, GYRO, *FOOT_FORCES, *FADED)
@@ -50,8 +52,7 @@ class Recovery(Block[RecoveryParameters]):
     def __init__(self, parameters: RecoveryParameters) -> None:
         super().__init__(parameters)
         self._estimator = CaptureEstimator(parameters)
-        self._stance: Stance | None = None
-        self._here: Stance | None = None  # of the last sample of a motion
+        self._reference: Reference | None = None
         self._closings: Closings = {}
         self._step: Step | None = None
         self._phase = Phase.WAITING
@@ -63,15 +64,15 @@ class Recovery(Block[RecoveryParameters]):
 
     def check(self, parameters: RecoveryParameters) -> None:
         """Plan the steps before the parameters are accepted; raises GaitError."""
-        if self._stance is not None:
-            _plan_closings(self._stance, parameters)
+        if self._reference is not None:
+            _plan_closings(self._reference.stance, parameters)
 
     def configure(self, parameters: RecoveryParameters) -> None:
         """Use changed parameters from the next sample on; a step goes on as it began."""
         super().configure(parameters)
         self._estimator.configure(parameters)
-        if self._stance is not None:
-            self._closings = _plan_closings(self._stance, parameters)
+        if self._reference is not None:
+            self._closings = _plan_closings(self._reference.stance, parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Return the correction of both legs, rad, and the numbers of the state.
@@ -80,24 +81,20 @@ class Recovery(Block[RecoveryParameters]):
             KhrError: if a signal is not finite, or a leg is too short for the step.
         """
         own = self.parameters
-        reference = list(signals[JOINT_REFERENCE])
+        posture = list(signals[JOINT_REFERENCE])
         forces = [signals[topic][2] for topic in FOOT_FORCES]
-        if self._stance is None:
-            self._stance = Stance(reference)
-            self._closings = _plan_closings(self._stance, own)
-        stance = self._stance
-        moving = any(
-            abs(angle - rest) > SAME for angle, rest in zip(reference, stance.posture, strict=True)
-        )
-        walks = moving and not self._acts
-        estimate = self._estimator.update(signals[GYRO][1], forces, walks)
-        others = _sum(reference, signals)
+        reference = self._follow(posture)
+        moving = reference.here is not None
+        rate = signals[GYRO][1]
+        if moving and not self._acts:
+            rate -= reference.bow / own.control_period
+        estimate = self._estimator.update(rate, forces, moving and not self._acts)
+        others = _sum(posture, signals)
         if own.enabled and not self._acts:
-            if moving:
-                damped = any(signals[ANKLE_CORRECTION])
-                self._decide_in_motion(Stance(reference), estimate, damped)
-            else:
-                self._decide(stance, estimate)
+            if not moving:
+                self._decide(reference.stance, estimate)
+            elif reference.steps:
+                self._decide_in_motion(reference, estimate, any(signals[ANKLE_CORRECTION]))
         share, correction = 1.0, ZERO
         if not self._acts:
             self._target = others
@@ -106,7 +103,7 @@ class Recovery(Block[RecoveryParameters]):
             elif abs(estimate.rate) < radians(own.quiet_rate_deg):
                 self._com_at_rest = estimate.com
         else:
-            standing = _sum(stance.posture, signals)
+            standing = _sum(reference.stance.posture, signals)
             wanted, share = self._wanted(estimate.rate, standing, moving)
             most = NO_LOAD_SPEED * own.control_period
             self._target = [
@@ -121,6 +118,18 @@ class Recovery(Block[RecoveryParameters]):
     @property
     def _acts(self) -> bool:
         return self._phase is not Phase.WAITING
+
+    def _follow(self, posture: list[float]) -> Reference:
+        """Follow the reference; plan the steps of a stance in which it has come to rest."""
+        if self._reference is None:
+            self._reference = Reference(posture, self.parameters.control_period)
+            self._closings = _plan_closings(self._reference.stance, self.parameters)
+        elif self._reference.update(posture, may_settle=self._step is None):
+            try:
+                self._closings = _plan_closings(self._reference.stance, self.parameters)
+            except GaitError:  # a leg is too short there
+                self._closings = {}
+        return self._reference
 
     def _decide(self, stance: Stance, estimate: Estimate) -> None:
         """Begin a step if the capture point and the pitch rate are beyond their thresholds.
@@ -142,16 +151,17 @@ class Recovery(Block[RecoveryParameters]):
                 tipping = replace(own, ankle_push=own.tipping_ankle_push)
                 self._begin(direction, own.foot[0], stance, estimate, tipping)
 
-    def _decide_in_motion(self, here: Stance, estimate: Estimate, damped: bool) -> None:
+    def _decide_in_motion(self, reference: Reference, estimate: Estimate, damped: bool) -> None:
         """Begin a step if the capture point is beyond the support of a motion, and the rate high.
 
         Args:
-            here: posture of the reference.
+            reference: in motion.
             estimate: of the distance of the body from where the motion takes it.
             damped: whether the ankle controller acts.
         """
-        own = self.parameters
-        before, self._here = self._here or here, here
+        own, here = self.parameters, reference.here
+        assert here is not None
+        before = reference.before or here
         for direction in (FORWARD, BACKWARD):
             sign = SIGNS[direction]
             foot = here.free_foot(sign)
@@ -178,16 +188,18 @@ class Recovery(Block[RecoveryParameters]):
         estimate: Estimate,
         own: RecoveryParameters,
     ) -> None:
-        assert self._stance is not None
+        assert self._reference is not None
+        closing, rest = self._closings.get((direction, foot)), self._reference.stance
+        if closing is None:
+            return
         way = np.array([SIGNS[direction] * own.step_length[direction], 0.0, 0.0])
-        if stance is not self._stance:
+        if stance is not rest:
             other = other_side(foot)
-            abreast = stance.soles[other] + self._stance.soles[foot] - self._stance.soles[other]
+            abreast = stance.soles[other] + rest.soles[foot] - rest.soles[other]
             way += abreast - stance.soles[foot]
         lean = (estimate.com - self._com_at_rest) / own.tipping_height
-        closing = self._closings[direction, foot]
         self._step = Step(stance, foot, way, direction, own, closing, self._target, lean)
-        self._phase, self._returned, self._here = Phase.SWING, 0.0, None
+        self._phase, self._returned = Phase.SWING, 0.0
 
     def _wanted(
         self, rate: float, standing: list[float], moving: bool

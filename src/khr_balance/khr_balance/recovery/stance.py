@@ -23,7 +23,7 @@ class Stance:
         soles: (3,) place of each sole, by side, m.
         com: (3,) centre of mass, m.
         torso_height: of the torso's origin, m.
-        torso_pitch: rad.
+        torso_pitch: against the sole that is flat, rad.
         heel, toe: x of the ends of the support, m.
     """
 
@@ -39,14 +39,17 @@ class Stance:
         self.soles = {side: self._from_torso(body.sole_position[side]) for side in SIDES}
         self.com = self._from_torso(body.centre_of_mass)
         self.torso_height = float(self._from_torso(np.zeros(3))[2])
-        self.torso_pitch = float(np.arcsin(-self._turn[0, 2]))
+        flat = body.sole_rotation[
+            'l' if tilt > 0.0 else 'r'
+        ]  # the other one is on its toe, if any
+        self.torso_pitch = float(np.arcsin(-flat[0, 2]))
         low = min(float(sole[2]) for sole in self.soles.values()) + LIFTED
-        flat = [
+        standing = [
             float(sole[0])
             for side, sole in self.soles.items()
             if sole[2] < low and side != self._on_toe
         ]
-        self.heel, self.toe = min(flat) + HEEL_X, max(flat) + TOE_X
+        self.heel, self.toe = min(standing) + HEEL_X, max(standing) + TOE_X
 
     def free_foot(self, sign: float) -> str:
         """Return the side of the foot that carries less, else of the one that can step further.

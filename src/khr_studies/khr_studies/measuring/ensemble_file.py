@@ -7,6 +7,7 @@ the title of their condition.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,11 @@ class Member:
 def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
     """Read the members of an ensemble, the best first."""
     return read_json(path, list[Member], 'an ensemble')
+
+
+def ensemble_digest() -> str:
+    """Return a digest of the shipped ensemble, kept with results that name members by number."""
+    return sha256(SHIPPED_ENSEMBLE.read_bytes()).hexdigest()[:12]
 
 
 def spread_of(members: list[Member]) -> dict[str, tuple[float, float]]:

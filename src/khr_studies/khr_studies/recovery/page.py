@@ -44,7 +44,8 @@ def page(runs: pd.DataFrame, name: str) -> str:
     missed = tuple(_missed(row) for row in default if not row['met'])
     bound = [bounds(case) for case in CASES]
     oblique = runs[runs['part'] == 'oblique']
-    quiet, walks = (_alarms(runs[runs['part'] == part]) for part in ('quiet', 'walks'))
+    parts = ('quiet', 'motions', 'walks')
+    quiet, motions, walks = (_alarms(runs[runs['part'] == part]) for part in parts)
     walked = walks_held(runs)
     return page_text(
         __name__,
@@ -61,10 +62,12 @@ def page(runs: pd.DataFrame, name: str) -> str:
         study=study,
         seeds=int(runs['seed'].max()),
         quiet=quiet,
+        motions=motions,
         walks=walks,
         needless=_needless(runs),
         walked=table([row for row in walked if not row['robot']], WALKS),
         walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
+        harm=harm(runs),
         walk_summary=_met([row for row in walked if not row['robot']]),
         summary=summary(runs),
     )
@@ -92,6 +95,17 @@ def walks_held(runs: pd.DataFrame) -> list[Row]:
         row = _held_row(key, float(weakest['held']), steps[key], WALK_GOAL)
         found.append(row | {'phase': float(weakest['phase'])})
     return found
+
+
+def harm(runs: pd.DataFrame) -> Row:
+    """Count the pushes that a walk holds at their phase without the node, and its falls with it."""
+    by = ['case', 'engine', 'robot']
+    limits = runs[runs['part'] == 'walk'][[*by, 'phase', 'held']]
+    weakest = limits.groupby(by)['held'].min().rename('weakest').reset_index()
+    steps = runs[runs['part'] == 'walk_step'][[*by, 'phase', 'times', 'fell']]
+    pushes = steps.merge(limits, on=[*by, 'phase']).merge(weakest, on=by)
+    within = pushes[pushes['times'] * pushes['weakest'] <= pushes['held']]
+    return {'pushes': len(within), 'fell': int(within['fell'].astype(bool).sum())}
 
 
 def _held_row(key: tuple[Any, ...], limit: float, steps: pd.DataFrame, goal: float) -> Row:

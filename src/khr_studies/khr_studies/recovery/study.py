@@ -18,6 +18,7 @@ import pandas as pd
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.recovery.parameters import BACKWARD, FORWARD, RecoveryParameters
+from khr_bringup.bout.bout import SHIPPED, load_bout
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import CONFIG, Scenario, load_scenario
 from khr_common.checks import integer
@@ -31,7 +32,7 @@ from khr_models.standing.capture_point import (
 )
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.measuring.condition import Changes
-from khr_studies.measuring.ensemble_file import read_ensemble
+from khr_studies.measuring.ensemble_file import ensemble_digest, read_ensemble
 from khr_studies.measuring.kept_pool import kept_pool
 from khr_studies.measuring.run_table import measure
 from khr_studies.push.study import START, PushCondition, bracket, largest_push, stance
@@ -45,6 +46,7 @@ CYCLES = 2  # of a walk that is pushed in its last
 TOLERANCE = 0.05  # of the limit of a walk at one phase
 ENABLED: Changes = ((('recovery', 'enabled'), True),)
 STANDING = ('lift_', 'stand_', 'walk_')  # scenarios without a push
+MOTION_TIME = 20.0  # s, of a motion of a bout
 BOARD_DEG, BOARD_TIME = 5.0, 1000.0  # a board that tilts at 2 deg/s, and s on it
 BOARD: Changes = (
     (('simulator', 'level_start'), True),
@@ -54,8 +56,8 @@ BOARD: Changes = (
 INCLINATIONS = tuple(range(-4, 11))  # deg, of walks
 GAINS = ((0.0, 0.0), (12.0, 0.0), (18.0, 0.0), (12.0, 13.0))  # K_A, K_H
 WALK_GOAL = 1.15  # times the limit of the walk
-WALK_TIMES = (0.7, 0.85, 1.0, 1.15, 1.3)  # that limit
-PHASES = tuple(n / 16 for n in range(8))  # of the push, in cycles; the other half is the mirror
+WALK_TIMES = (0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3)  # that limit
+PHASES = tuple(n / 32 for n in range(16))  # of the push, in cycles; the other half is the mirror
 TIMES = tuple(round(0.5 + 0.1 * n, 1) for n in range(14))  # times the limit of the ankles
 ROBOTS = (1, 2, 3, 4, 5, 6)  # members of the ensemble
 ANGLES = tuple(range(0, 360, 45))  # deg, of an oblique push: 0 from behind, 90 from the right
@@ -177,6 +179,19 @@ def quiet_scenarios() -> list[tuple[Row, tuple[Scenario]]]:
     return [({'part': 'quiet'}, (each,)) for each in own]
 
 
+def quiet_motions() -> list[tuple[Row, tuple[Scenario]]]:
+    """Return the motions of the bouts, each performed by one robot alone."""
+    found: dict[tuple[str, str], tuple[Row, tuple[Scenario]]] = {}
+    for engine, path in itertools.product(ENGINES, sorted(SHIPPED.glob('*.yaml'))):
+        for each in load_bout(str(path)).robots.values():
+            motion = Path(each.table(GaitParameters).motion_file).stem
+            changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): MOTION_TIME}
+            if motion and (engine, motion) not in found:
+                columns = {'part': 'motions', 'engine': engine}
+                found[engine, motion] = columns, (each.changed(changes),)
+    return list(found.values())
+
+
 def quiet_walks() -> list[tuple[Row, tuple[Scenario]]]:
     """Return walks without a push, of all inclinations and gains."""
     walk, found = load_scenario('walk_0deg'), []
@@ -290,9 +305,12 @@ def study(
             for impulse in LEVELS
         ]
         pushes = measure(kept, push_once, [*steps, *guards, *oblique])
-        runs = measure(kept, quiet_run, [*quiet_scenarios(), *quiet_walks()])
+        quiet = [*quiet_scenarios(), *quiet_motions(), *quiet_walks()]
+        runs = measure(kept, quiet_run, quiet)
         walks = pushed_walks(kept, robots)
-    return pd.concat([limits, pushes, runs, *walks], ignore_index=True)
+    found = pd.concat([limits, pushes, runs, *walks], ignore_index=True)
+    found.loc[found['robot'] > 0, 'ensemble'] = ensemble_digest()
+    return found
 
 
 def held(runs: pd.DataFrame, level: str) -> tuple[float, list[float]]:

@@ -14,6 +14,7 @@ from khr_balance.gaits.kinematics import HEEL_X, ROBOT, TOE_X, GaitError, forwar
 from khr_balance.recovery.estimator import CaptureEstimator
 from khr_balance.recovery.parameters import RecoveryParameters
 from khr_balance.recovery.recovery import LEGS, Recovery
+from khr_balance.recovery.reference import Reference
 from khr_balance.recovery.stance import Stance
 from khr_balance.recovery.step import Phase
 from khr_common.errors import KhrError
@@ -31,7 +32,8 @@ from tests.fakes.postures import mirrored
 
 TABLE = RecoveryParameters(enabled=True)
 PERIOD = TABLE.control_period
-POSTURE = list(gait_of(GaitParameters(motion='stand')).reference(0.0))
+STAND = GaitParameters(motion='stand')
+POSTURE = list(gait_of(STAND).reference(0.0))
 FAST, STILL = radians(120.0), 0.0
 WALK = GaitParameters(motion='walk', cycles=3)
 POSTURE_OF_WALK = gait_of(WALK).reference(0.0)
@@ -115,6 +117,45 @@ def test_a_fall_in_a_walk_ends_it_by_a_step_and_leads_to_the_stance(sign):
     assert found.phase[-1] == Phase.WAITING
     speed = np.abs(np.diff(found.target[acts], axis=0)) / PERIOD
     assert speed.max() <= NO_LOAD_SPEED + 1e-9
+
+
+def test_in_a_motion_that_has_moved_no_foot_the_node_waits():
+    rates = fall(seconds=1.0)
+    bowing = [
+        gait_of(replace(STAND, torso_pitch=0.1 + 1e-3 * n)).reference(0.0) for n in range(99)
+    ]
+    assert not Played(rates, reference=bowing[: len(rates)]).correction.any()
+    assert Played(rates).correction.any()
+
+
+def test_a_stance_in_which_the_reference_comes_to_rest_is_stepped_from_and_returned_to():
+    rates = [STILL] * 60 + fall()
+    lower = gait_of(replace(STAND, hip_height=STAND.hip_height - 0.005)).reference(0.0)
+    found = Played(rates, reference=[POSTURE] * 10 + [lower] * (len(rates) - 10))
+    assert Phase.SWING in found.phase
+    assert found.phase[-1] == Phase.WAITING
+    assert np.allclose(found.target[-1], lower, atol=1e-9)
+
+
+def test_the_reference_moves_where_a_motion_passes_through_its_first_posture():
+    other = [angle + 0.01 for angle in POSTURE]
+    reference = Reference(POSTURE, PERIOD)
+    moving = []
+    for posture in (POSTURE, other, POSTURE, other, POSTURE, POSTURE):
+        assert not reference.update(posture, may_settle=True)
+        moving.append(reference.here is not None)
+    assert moving == [False, True, True, True, True, False]
+
+
+def test_the_planned_pitch_of_the_torso_is_that_against_the_flat_sole():
+    gait = gait_of(WALK)
+    reference = Reference(gait.reference(0.0), PERIOD)
+    stepped = False
+    for n in range(round(gait.duration / PERIOD)):
+        reference.update(gait.reference(n * PERIOD), may_settle=True)
+        assert abs(reference.bow) < 1e-6
+        stepped |= reference.steps
+    assert stepped
 
 
 def test_a_walk_without_a_fall_or_with_a_far_threshold_is_left_alone():
