@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import sys
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -142,4 +141,4 @@ def print_traceback(kind: type[Any], error: Exception) -> None:
     frames = error.__traceback__
     while frames and frames.tb_frame.f_code.co_filename != inspect.getfile(kind):
         frames = frames.tb_next
-    traceback.print_exception(type(error), error, frames or error.__traceback__, file=sys.stderr)
+    traceback.print_exception(type(error), error, frames or error.__traceback__)

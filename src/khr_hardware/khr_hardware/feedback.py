@@ -20,7 +20,6 @@ from khr_hardware.client import Client
 from khr_hardware.errors import BoardError
 from khr_hardware.gyro import REST_SAMPLES, RestingGyro, rest_level
 from khr_hardware.joint_map import COUNT, GyroWiring, JointMap, ServoWiring
-from khr_hardware.protocol import memory
 from khr_hardware.protocol.memory import Mixing, ServoRecord
 
 RAMP_STEPS = 4  # equal steps in which a ratio is raised
@@ -204,7 +203,7 @@ def _write_loop(
 ) -> None:
     """Write AD_ref and the mixings of servos, raise their factors, and read all back."""
     for servo in servos:
-        client.set_mixing(servo.ics, MIXING_SLOT, Mixing(memory.NO_SOURCE, 0))
+        client.set_mixing(servo.ics, MIXING_SLOT, Mixing())
     client.set_ad_reference(channel, zero)
     for part in range(1, RAMP_STEPS + 1):
         for servo, factor in servos.items():

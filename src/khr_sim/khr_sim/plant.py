@@ -93,7 +93,6 @@ class Plant:
         if any(replace(new, seed=old.seed) != old for old, new in pairs):
             return False
         self.parameters = list(parameters)
-        self.world.parameters = parameters[0]
         for body, own in zip(self.world.bodies, parameters, strict=True):
             body.parameters = own
         return True

@@ -140,8 +140,7 @@ class Body:
 
     def drop_ended_pushes(self, step: int) -> None:
         """Drop the pushes that have ended by a physics step: with any, the world steps singly."""
-        if self.pushes:
-            self.pushes = [push for push in self.pushes if step < self._steps(push).stop]
+        self.pushes = [push for push in self.pushes if step < self._steps(push).stop]
 
     def _steps(self, push: Push) -> range:
         """Return the physics steps in which a push acts, at least one."""
