@@ -15,11 +15,13 @@ from khr_sim.physics.statics import GRAVITY
 from khr_sim.physics.world import World
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
-from tests.fakes.postures import STANCE
+from tests.fakes.postures import STANCE, crouch
 from tests.support.mechanics import ground_forces, momenta
 
 PERIOD = 0.015
 FROM_BEHIND = Push(0.15, 0.3, 'base_link', 'odom', (14.0, 0.0, 0.0), (0.0, 0.0, 0.05))
+
+FROM_FRONT = replace(FROM_BEHIND, force=(-14.0, 0.0, 0.0))
 
 
 @pytest.fixture(params=LIBRARIES)
@@ -38,9 +40,9 @@ def face_to_face(request):
         world.close()
 
 
-def play(world, seconds, push=None):
-    """Return the states of the standing robots in each period; the first robot is pushed."""
-    postures = [STANCE] * len(world.bodies)
+def play(world, seconds, push=None, posture=STANCE):
+    """Return the states of the robots in each period; the first robot is pushed."""
+    postures = [posture] * len(world.bodies)
     states = [world.reset(postures)]
     if push is not None:
         world.push(push)
@@ -49,13 +51,20 @@ def play(world, seconds, push=None):
 
 
 def test_a_robot_out_of_reach_falls_as_one_that_is_alone(face_to_face):
-    """The boxes of its legs meet other robots only: it lies as deep."""
     (alone,) = play(face_to_face(4.0, robots=1), 1.8, FROM_BEHIND)[-1]
     one, other = play(face_to_face(4.0), 1.8, FROM_BEHIND)[-1]
     assert alone.tilt > 1.2
     assert one.tilt == pytest.approx(alone.tilt, abs=0.02)
     assert one.position == pytest.approx(alone.position, abs=0.01)
     assert other.tilt < 0.2
+
+
+def test_the_boxes_of_the_legs_meet_other_robots_only(face_to_face):
+    """A robot that falls on its seat lies as one that is alone, without these boxes."""
+    seated = crouch(-86.0, 17.0, 0.0)
+    alone, one = (play(face_to_face(4.0, n), 3.0, FROM_FRONT, seated)[-1][0] for n in (1, 2))
+    assert one.tilt == pytest.approx(alone.tilt, abs=0.02)
+    assert one.position == pytest.approx(alone.position, abs=0.01)
 
 
 def test_robots_that_meet_exchange_momentum_and_make_none(face_to_face):
