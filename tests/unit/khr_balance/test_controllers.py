@@ -120,7 +120,7 @@ def test_refuses_what_is_no_number(controller, sensed, name):
 
 
 @pytest.mark.parametrize('paused', [replace(GYRO, enabled=False), FORCE])
-def test_no_rate_from_before_a_pause_acts_after_it(paused):
+def test_rates_are_forgotten_in_a_pause_and_kept_with_a_new_gain(paused):
     sensed = {'rate': 1.0, 'forces': (0.0, 0.0, 0.0, 0.0)}
     own = replace(GYRO, rate_delay=2)
     controller = AnkleController(own)
@@ -130,6 +130,10 @@ def test_no_rate_from_before_a_pause_acts_after_it(paused):
     corrected(controller, **sensed)
     controller.configure(own)
     assert corrected(controller, rate=-0.5) == corrected(AnkleController(own), rate=-0.5)
+    controller.configure(replace(own, gain=2.0 * own.gain))
+    assert corrected(controller, rate=1.0) == pytest.approx(
+        corrected(AnkleController(controller.parameters), rate=-0.5)
+    ), 'the delayed rate of before a new gain'
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 20.0), st.floats(-5.0, 5.0))

@@ -35,6 +35,7 @@ def test_defaults_are_accepted_and_lists_become_tuples():
     defaults = {name: each.default for name, each in specifications(Table).items()}
     assert defaults['point'] == [0.0, 0.0, 0.1]
     assert build(Table, defaults) == Table()
+    assert check(Table, 'count', 2**63 - 1) == 2**63 - 1
 
 
 @pytest.mark.parametrize(
@@ -45,6 +46,7 @@ def test_defaults_are_accepted_and_lists_become_tuples():
         ('count', 3.0, 'integer'),
         ('count', True, 'integer'),
         ('count', 0, '[1, inf]'),
+        ('count', 2**63, 'beyond 64 bits'),
         ('surface', 'ice', 'smooth | rubber'),
         ('enabled', 1, 'bool'),
         ('point', [0.0, 1.0], '3 of them'),

@@ -233,3 +233,15 @@ def test_the_client_reads_what_the_board_is_and_more_than_one_reply_holds():
     client.set_ad_reference(2, 90)
     assert client.ad_references()[1:3] == (512, 90) and client.ad()[:3] == (450, 0, 10)
     assert client.read_ram(0, 255) == bytes(board.ram[:255])
+
+
+def test_a_setting_leaves_the_byte_behind_it():
+    board = bench_board()
+    client = Client(Loopback(board))
+    for write, end in (
+        (lambda: client.set_config(Config(0x8091)), memory.CONFIG + 2),
+        (lambda: client.set_ad_reference(2, 90), memory.AD_REFERENCES + 6),
+    ):
+        board.ram[end] = 0xA5
+        write()
+        assert board.ram[end] == 0xA5

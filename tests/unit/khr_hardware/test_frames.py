@@ -124,6 +124,7 @@ def test_mixings_read_ad_channels():
     """The first two are those of the maker's project."""
     assert Mixing(0x4026, 9).ad_channel == 2 and Mixing(0x4024, 8).ad_channel == 1
     assert Mixing(0x8012, 1).ad_channel is None and Mixing(memory.NO_SOURCE, 9).ad_channel is None
+    assert Mixing(0x4023, 1).ad_channel is None and Mixing(0x4038, 1).ad_channel is None
     mixing = Mixing.of_ad(10, -127)
     assert (mixing.ad_channel, mixing.factor, mixing.active) == (10, -127, True)
     assert not Mixing.of_ad(0, 0).active

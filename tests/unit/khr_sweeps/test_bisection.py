@@ -4,6 +4,7 @@ from contextlib import ExitStack
 
 import pytest
 
+from khr_bringup.code_version import code_version
 from khr_sweeps import sweep
 from khr_sweeps.reading import parse_sweep
 from khr_sweeps.results.folder import Folder, read_results
@@ -62,7 +63,10 @@ def sweep_into(folder, *others):
                 *((one, folder.with_name(one.name)) for one in others),
             ]
         ]
-        return [row for batch in sweep.run_missing(None, plan) for row in batch]
+        rows = [row for batch in sweep.run_missing(None, plan) for row in batch]
+        for each, inside in plan:
+            assert None in rows or not each.count_missing(code_version(), inside.finished())
+        return rows
 
 
 def test_rounds_go_on_until_every_limit_is_found_and_resume(computed, tmp_path):

@@ -98,6 +98,8 @@ def test_another_sweep_can_be_replaced(tmp_path):
         assert not folder.replaced and folder.finished()
     with Folder(path, REQUEST | {'seeds': 3}, replace=True) as folder:
         assert folder.replaced and not folder.finished()
+    with Folder(path, REQUEST, replace=True) as folder:  # has neither a table nor signals
+        assert folder.replaced
     assert [each.name for each in path.iterdir()] == [ROWS]
 
 

@@ -23,6 +23,7 @@ def test_a_run_is_shown_before_anything_is_simulated(console):
         show_run(bar, Progress(4.2, 'running', 1.5, 0.25, '1.7 Hz'))
     shown = console.file.getvalue()
     assert '4.20 of 11.55 s  x1.50  pitch rate 0.250 rad/s  peak 1.7 Hz' in shown
+    assert shown.count('\x1b[?25l') == shown.count('\x1b[?25h'), 'the cursor comes back'
 
 
 def test_results_printed_beside_a_bar_go_to_stdout(console, capsys):

@@ -101,6 +101,18 @@ def test_results_without_their_head_and_another_file_are_refused_and_kept(tmp_pa
         assert path.read_bytes() == before
 
 
+def test_results_of_another_computation_are_removed_only_where_that_is_asked_for(
+    tmp_path, content
+):
+    path, other = tmp_path / 'results', {**HEAD, 'seeds': 3}
+    path.write_bytes(content.read_bytes())
+    with pytest.raises(KhrError):
+        opened(path, other)
+    with opened(path, other, replace=True) as store:
+        assert store.replaced and not store.values
+    assert read_store(path, number_of) == (other, [])
+
+
 def test_a_full_disk_is_one_line_and_keeps_the_finished_results(tmp_path, capsys):
     path = tmp_path / 'results'
     with opened(path) as store:

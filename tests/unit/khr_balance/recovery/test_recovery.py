@@ -93,6 +93,17 @@ def test_a_step_that_the_legs_do_not_reach_is_refused_before_it_is_taken():
     node.configure(TABLE)
 
 
+@pytest.mark.parametrize('changed', [{'height': 0.15}, {'step_length': (0.03, 0.03)}])
+def test_parameters_set_while_the_node_waits_act_as_those_of_its_start(changed):
+    def played(node):
+        return [node.update(0.0, signals(rate, POSTURE)) for rate in fall(seconds=3.0)]
+
+    table, late = replace(TABLE, **changed), Recovery(TABLE)
+    late.update(0.0, signals(STILL, POSTURE))
+    late.configure(table)
+    assert played(late) == played(Recovery(table)) != played(Recovery(TABLE))
+
+
 @pytest.mark.parametrize('rate', [0.0, radians(44.0), radians(-44.0)])
 def test_the_node_is_exactly_zero_while_it_waits(rate):
     played = Played([rate, -rate] * 50, ankle=0.02, hip=0.01)
@@ -193,6 +204,22 @@ def test_the_free_foot_is_the_one_that_the_walk_lifts_next(part, carrying):
     assert here.free_foot(1.0) == here.free_foot(-1.0) == 'l'
     assert here.heel < here.com[0] < here.toe
     assert (here.toe - here.heel > TOE_X - HEEL_X + 0.01) == (carrying == 2)
+
+
+@pytest.mark.parametrize('turned', [np.array, mirrored])
+def test_a_stance_on_one_foot_is_seen_from_its_sole(turned):
+    """The free foot, which the gait holds level here, may be rolled."""
+    gait = gait_of(WALK)
+    begin, end = gait.cycle(1)
+    level = np.array(gait.reference(begin + 0.3 * (end - begin)))
+    rolled = level.copy()
+    rolled[JOINT_INDEX['l_ankle_roll']] += 0.2
+    free, (flat, seen) = (
+        'lr'[turned is mirrored],
+        (Stance(turned(each)) for each in (level, rolled)),
+    )
+    assert flat.free_foot(1.0) == seen.free_foot(1.0) == free
+    assert seen.com == pytest.approx(flat.com, abs=5e-3)
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])

@@ -62,16 +62,19 @@ def test_another_file_replaces_the_frames(tmp_path):
         assert gait_of(scenario.table(GaitParameters)).duration == end + 2.0
 
 
-@pytest.mark.parametrize(('end', 'cyclic'), [(1.5, True), (30.0, False)])
+@pytest.mark.parametrize(
+    ('end', 'cycles', 'cyclic', 'window'),
+    [(1.5, 3, True, 1.5), (30.0, 3, False, 2.31), (1.5, 0, False, 1.5)],
+)
 def test_the_repeated_part_is_the_cycle_of_the_gait_and_the_window_of_the_spectrum(
-    end, cyclic, tmp_path
+    end, cycles, cyclic, window, tmp_path
 ):
     file = tmp_path / 'knee.csv'
     file.write_text(f'time_s,l_knee_deg\n0,54.6\n{end / 2},55\n{end},54.6\n')
     played = [f'gait.motion_file={file}', 'gait.motion=file', f'gait.repeat=[0.0, {end}]']
-    scenario = load_scenario('walk_0deg').set_to(played)
+    scenario = load_scenario('walk_0deg').set_to([*played, f'gait.cycles={cycles}'])
     assert scenario.table(GaitParameters).cyclic == cyclic
-    assert scenario.table(FftAnalyserParameters).window_length == (end if cyclic else 2.31)
+    assert scenario.table(FftAnalyserParameters).window_length == window
 
 
 @pytest.mark.parametrize(

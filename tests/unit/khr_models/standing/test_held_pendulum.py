@@ -192,6 +192,7 @@ def test_with_enough_friction_it_is_the_pendulum_that_stands():
     [
         (lambda: Pid(proportional=-1.0), 'proportional'),
         (lambda: simulate_servo(Pendulum(), Pid(), target=2.0), 'target'),
+        (lambda: simulate_servo(Pendulum(), Pid(), target=0.0, duration=-1.0), 'duration'),
         (lambda: simulate_servo(Pendulum(), Pid(), target=0.0, inclination=-1.8), 'inclination'),
         (lambda: controlled_lean(Pendulum(), -0.1, inclination=0.0), 'gain'),
         (lambda: controlled_lean(Pendulum(), 0.1, inclination=0.0, form='published'), 'gain'),

@@ -208,6 +208,7 @@ def test_the_longest_step_that_is_accepted_is_stable(ratio, share):
     'call, name',
     [
         (lambda: ForcePulse(1.0, 0.0), 'duration'),
+        (lambda: ForcePulse(math.inf), 'force'),
         (lambda: PushLoop(delay=-1), 'delay'),
         (lambda: PushLoop(pid=Pid(1e6, 0.0, 1e3)), 'step'),
         (lambda: PushLoop(form='published', inclination=0.1), 'inclination'),

@@ -64,6 +64,13 @@ def test_one_sole_carries_all_if_the_other_is_lifted():
     assert abs(torques['l_ankle_roll']) > hanging / 2 > abs(torques['r_ankle_roll']) * 4
 
 
+@pytest.mark.parametrize(('side', 'lean'), [('l', 0.4), ('r', -0.4)])
+def test_the_foot_beyond_which_the_weight_is_carries_all(side, lean):
+    down = np.array((0.0, np.sin(lean), -np.cos(lean)))
+    left, right = np.abs(holding_torques(ROBOT, ROBOT.poses(STANCE), down))[[KNEE, KNEE + 5]]
+    assert (left > 5.0 * right) if side == 'l' else (right > 5.0 * left)
+
+
 @pytest.mark.parametrize(
     'values', [{}, {'servo_model': 'pid'}, {'inclination_deg': 5.0, 'surface': 'rubber'}]
 )
