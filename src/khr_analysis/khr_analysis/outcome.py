@@ -59,12 +59,12 @@ class MonitorParameters:
     load_threshold: float = parameter(
         1.0, 'Normal force on a sole from which on it is loaded.', '[0, 100] N'
     )
-    vibration_frequency: float = parameter(
+    vibration_frequency: float = fixed(
         4.0,
         'Corner of the high-pass (Butterworth, order 16) behind which the pitch rate is vibration.',
         '[0.1, 15] Hz',
     )
-    motion_end: float = parameter(
+    motion_end: float = fixed(
         0.0,
         'End of the motion with its end pause, after which vibration is not averaged; 0 averages '
         'over the whole run. khr makes it the end of a walk or leg lift unless the scenario states '
@@ -188,7 +188,7 @@ class OutcomeMonitor:
         self._fall: Outcome | None = None  # the outcome when the robot went down
 
     def configure(self, parameters: MonitorParameters) -> None:
-        """Use changed thresholds from the next sample on; the vibration keeps its own."""
+        """Use changed thresholds from the next sample on."""
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> Outcome:
