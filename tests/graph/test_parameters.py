@@ -114,7 +114,7 @@ def test_the_tilt_that_ends_a_run_is_that_of_the_referee_in_a_bout(nodes, monkey
     simulator = nodes['simulator']
     assert change(simulator, stop_when_tilted_deg=61.0).successful
     monkeypatch.setattr(simulator, '_robots', ['red', 'blue'])
-    assert 'the referee ends it' in change(simulator, stop_when_tilted_deg=20.0).reason
+    assert 'fixed in a bout' in change(simulator, stop_when_tilted_deg=20.0).reason
     assert change(simulator, lockstep_timeout=6.0).successful
 
 

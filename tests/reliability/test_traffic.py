@@ -33,8 +33,8 @@ def test_malformed_messages_on_shared_topics_change_nothing(in_background, tmp_p
     assert 'Traceback' not in ended.err + ''.join(
         log.read_text() for log in (folder / 'log').glob('*.log')
     )
-    told = [status.message for _, array in ended.bag()['/diagnostics'] for status in array.status]
-    refused = {message.split(':')[0] for message in told if 'refused' in message}
+    told = [status for _, array in ended.bag()['/diagnostics'] for status in array.status]
+    refused = {each.name.partition(': ')[2] for each in told if each.message.startswith('refused')}
     assert refused >= {'joint_reference', 'ankle_controller/correction', 'ready', 'push'}
     alone = khr('run', 'stand_0deg', '--offline', *SHORT, '--out', tmp_path / 'alone')
     assert ended.hash == alone.hash

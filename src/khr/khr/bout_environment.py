@@ -115,9 +115,8 @@ class BoutEnv(ParallelEnv):  # type: ignore[misc]
         """Start an episode.
 
         Args:
-            seed: of the seeds of placing errors and sensor noise, of which each episode draws one;
-                ``infos`` has it as ``seed``, with which ``khr bout --set simulator.seed=SEED``
-                draws the same errors and noise.
+            seed: of the series of episodes; ``infos`` has the ``seed`` that is drawn for this one,
+                which as ``simulator.seed`` of a bout gives the same placing errors and noise.
             options: of this episode alone: ``red_start`` and ``blue_start``, x and y in m and
                 heading in deg. Others are ignored: PettingZoo's own test passes one.
 

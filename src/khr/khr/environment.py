@@ -110,10 +110,10 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             )
         if unknown := set(weights or {}) - set(WEIGHTS):
             raise KhrError.refused('weights', sorted(unknown)[0], ' | '.join(WEIGHTS))
+        own: dict[str, Any] = {'render_fps': 1.0 / scenario.table(RunParameters).control_period}
         if not os.environ.get('DISPLAY'):  # the checker of Gymnasium opens one of every mode
-            self.metadata = {**self.metadata, 'render_modes': ['rgb_array']}
-        period = scenario.table(RunParameters).control_period
-        self.metadata = {**self.metadata, 'render_fps': 1.0 / period}
+            own |= {'render_modes': ['rgb_array']}
+        self.metadata = {**self.metadata, **own}
         self.render_mode = render_mode
         self.weights = {**WEIGHTS, **(weights or {})}
         for name, weight in self.weights.items():

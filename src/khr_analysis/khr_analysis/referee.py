@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, cos, hypot, radians, sin, sqrt
+from math import atan2, ceil, cos, hypot, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
@@ -14,8 +14,9 @@ from khr_common.interfaces import DECIDED, DECISION, TRUE_POSE
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
-# m from the middle of the soles: reach of a robot ahead, and to its side with its arms down
-AHEAD, ASIDE = 0.08, 0.1
+# m from the middle of the soles: reach of a standing robot ahead, and to its side with its arms,
+# so that the ellipse of both covers the contacts of two robots at any heading
+AHEAD, ASIDE = 0.08, 0.135
 
 
 def _start(x: float, heading_deg: float) -> Any:
@@ -78,7 +79,9 @@ class RefereeParameters:
         least = sum(_reach(atan2(y, x), start[2]) for start in (self.red_start, self.blue_start))
         if hypot(x, y) < least:
             raise ParameterError.refused(
-                'blue_start', list(self.blue_start), f'{least:.2f} m from red_start at least'
+                'blue_start',
+                list(self.blue_start),
+                f'{ceil(100.0 * least) / 100.0:.2f} m from red_start at least',
             )
 
 

@@ -62,7 +62,7 @@ def check_run(found: str, run: str) -> None:
         MalformedError: if it is another one.
     """
     if found != run:
-        raise MalformedError(f'of another run; {VARIABLE} states that of this node')
+        raise MalformedError(f'of another run; {VARIABLE} of this node: {run or "not set"}')
 
 
 def is_integer(text: str) -> bool:

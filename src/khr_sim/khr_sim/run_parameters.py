@@ -114,8 +114,10 @@ class RunParameters(SimulatorParameters):
             if not NAME.fullmatch(name):
                 raise ParameterError.refused('answers', name, 'the name of a node')
         for text in filter(None, self.robots):
-            if not NAME.fullmatch(_robot(text).get('name', '')):
-                raise ParameterError.refused('robots', text, 'JSON with the "name" of a robot')
+            if not _is_robot(text):
+                raise ParameterError.refused(
+                    'robots', text, 'JSON with name, start (x, y, heading) and parameters'
+                )
         try:
             for text in filter(None, self.pushes):
                 self.check_push(Push.parse(text))
@@ -183,6 +185,19 @@ def _robot(text: str) -> dict[str, Any]:
     except ValueError:
         found = None
     return found if isinstance(found, dict) else {}
+
+
+def _is_robot(text: str) -> bool:
+    robot = _robot(text)
+    name, start = robot.get('name'), robot.get('start', [0.0] * 3)
+    own = robot.get('parameters', {})
+    return (
+        isinstance(name, str)
+        and NAME.fullmatch(name) is not None
+        and isinstance(start, list)
+        and [*map(type, start)] == [float] * 3
+        and isinstance(own, dict)
+    )
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:

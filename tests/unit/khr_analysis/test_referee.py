@@ -64,7 +64,7 @@ def test_the_ring_is_an_octagon(place, outside):
         ({'blue_start': [-0.2, 0.0, 180.0]}, 'blue_start: .*0.16 m from red_start'),
         (
             {'red_start': [0.1, 0.0, 90.0], 'blue_start': [-0.09, 0.0, 90.0]},
-            'blue_start: .*0.20 m from',
+            'blue_start: .*0.27 m from',
         ),
         ({'red_start': [0.0, 0.0]}, 'red_start: .*3 of them'),
     ],

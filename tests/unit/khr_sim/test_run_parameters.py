@@ -17,6 +17,7 @@ OWN = RunParameters()
         (lambda: replace(OWN, answers=('a b',)), "answers: 'a b'"),
         (lambda: replace(OWN, robots=('{bad',)), "robots: '{bad'"),
         (lambda: replace(OWN, robots=('{"name": "1 x"}',)), 'robots: '),
+        (lambda: replace(OWN, robots=('{"name": "red", "start": 5}',)), 'robots: '),
         (lambda: RecorderParameters(extra_topics=('a//b std_msgs/msg/String event',)), 'topics: '),
     ],
 )

@@ -43,7 +43,8 @@ class Recovery(Block[RecoveryParameters]):
     that the sum of all is the own target. It is exactly zero while the node waits. A step out of a
     motion ends it: the robot stands, with ankle and hip control, until the reference does so too.
     Head and arms stay with the reference. In a motion that has moved no foot yet (a squat, a bow, a
-    shove, the first shift of a walk) the node waits.
+    shove, the first shift of a walk) the node waits, and in a stance from which a leg is too short
+    to step.
     """
 
     subscribes = (JOINT_REFERENCE, GYRO, *FOOT_FORCES, *FADED)
@@ -64,7 +65,7 @@ class Recovery(Block[RecoveryParameters]):
 
     def check(self, parameters: RecoveryParameters) -> None:
         """Plan the steps before the parameters are accepted; raises GaitError."""
-        if self._reference is not None:
+        if self._reference is not None and self._closings:
             _plan_closings(self._reference.stance, parameters)
 
     def configure(self, parameters: RecoveryParameters) -> None:
@@ -72,7 +73,7 @@ class Recovery(Block[RecoveryParameters]):
         super().configure(parameters)
         self._estimator.configure(parameters)
         if self._reference is not None:
-            self._closings = _plan_closings(self._reference.stance, parameters)
+            self._closings = _closings_of(self._reference.stance, parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Return the correction of both legs, rad, and the numbers of the state.
@@ -93,7 +94,7 @@ class Recovery(Block[RecoveryParameters]):
         if own.enabled and not self._acts:
             if not moving:
                 self._decide(reference.stance, estimate)
-            elif reference.steps:
+            elif reference.has_stepped:
                 self._decide_in_motion(reference, estimate, any(signals[ANKLE_CORRECTION]))
         share, correction = 1.0, ZERO
         if not self._acts:
@@ -125,10 +126,7 @@ class Recovery(Block[RecoveryParameters]):
             self._reference = Reference(posture, self.parameters.control_period)
             self._closings = _plan_closings(self._reference.stance, self.parameters)
         elif self._reference.update(posture, may_settle=self._step is None):
-            try:
-                self._closings = _plan_closings(self._reference.stance, self.parameters)
-            except GaitError:  # a leg is too short there
-                self._closings = {}
+            self._closings = _closings_of(self._reference.stance, self.parameters)
         return self._reference
 
     def _decide(self, stance: Stance, estimate: Estimate) -> None:
@@ -233,6 +231,14 @@ def _plan_closings(stance: Stance, parameters: RecoveryParameters) -> Closings:
         for direction in (FORWARD, BACKWARD)
         for foot in SIDES
     }
+
+
+def _closings_of(stance: Stance, parameters: RecoveryParameters) -> Closings:
+    """Plan the steps of a stance; none if a leg is too short there."""
+    try:
+        return _plan_closings(stance, parameters)
+    except GaitError:
+        return {}
 
 
 def _sum(reference: Sequence[float], signals: Signals) -> list[float]:

@@ -10,7 +10,7 @@ from khr_balance.recovery.stance import Stance
 from khr_common.rotation import Array
 
 SAME = 1e-6  # rad, between postures that are the same: a walk ends in its first one
-REST = 0.5  # s without a change after which the reference rests in another stance
+REST = 0.5  # s without a change after which the reference rests in another stance on both soles
 MOVED = 0.001  # m of one sole against the other, from which on a foot has moved
 
 
@@ -25,14 +25,14 @@ class Reference:
         stance: in which it rests, or rested before the motion.
         here: in motion, the posture of the last sample; None at rest.
         before: in motion, the posture of the sample before; None at the first one.
-        steps: whether the motion has moved a foot.
+        has_stepped: whether the motion has moved a foot.
     """
 
     def __init__(self, posture: Sequence[float], period: float) -> None:
         self.stance = Stance(posture)
         self.here: Stance | None = None
         self.before: Stance | None = None
-        self.steps = False
+        self.has_stepped = False
         self._last, self._unchanged, self._period = posture, 0, period
 
     def update(self, posture: Sequence[float], may_settle: bool) -> bool:
@@ -46,18 +46,20 @@ class Reference:
         self._unchanged = self._unchanged + 1 if same else 0
         self._last = posture
         if same and _same(posture, self.stance.posture):
-            self.here = self.before = None
-            self.steps = False
+            self._rest()
             return False
         self.before, self.here = self.here, Stance(posture)
-        if may_settle and self._unchanged * self._period >= REST:
+        if may_settle and self._unchanged * self._period >= REST and self.here.on_both_soles:
             self.stance = self.here
-            self.here = self.before = None
-            self.steps = False
+            self._rest()
             return True
         shift = _apart(self.here) - _apart(self.stance)
-        self.steps = self.steps or bool(np.linalg.norm(shift) > MOVED)
+        self.has_stepped = self.has_stepped or bool(np.linalg.norm(shift) > MOVED)
         return False
+
+    def _rest(self) -> None:
+        self.here = self.before = None
+        self.has_stepped = False
 
     @property
     def bow(self) -> float:

@@ -25,6 +25,7 @@ class Stance:
         torso_height: of the torso's origin, m.
         torso_pitch: against the sole that is flat, rad.
         heel, toe: x of the ends of the support, m.
+        on_both_soles: whether both are flat and at one height.
     """
 
     def __init__(self, posture: Sequence[float]) -> None:
@@ -39,9 +40,8 @@ class Stance:
         self.soles = {side: self._from_torso(body.sole_position[side]) for side in SIDES}
         self.com = self._from_torso(body.centre_of_mass)
         self.torso_height = float(self._from_torso(np.zeros(3))[2])
-        flat = body.sole_rotation[
-            'l' if tilt > 0.0 else 'r'
-        ]  # the other one is on its toe, if any
+        # A sole that carries may be on its toe by less than TILTED; the other one is flat then.
+        flat = body.sole_rotation['l' if tilt > 0.0 else 'r']
         self.torso_pitch = float(np.arcsin(-flat[0, 2]))
         low = min(float(sole[2]) for sole in self.soles.values()) + LIFTED
         standing = [
@@ -49,6 +49,7 @@ class Stance:
             for side, sole in self.soles.items()
             if sole[2] < low and side != self._on_toe
         ]
+        self.on_both_soles = len(standing) == len(SIDES)
         self.heel, self.toe = min(standing) + HEEL_X, max(standing) + TOE_X
 
     def free_foot(self, sign: float) -> str:

@@ -80,7 +80,7 @@ class KhrNode(ParameterNode):
         self.closed = False
         self.outputs: list[Output] = []
         self._refused: dict[Topic, Counter[str]] = {}  # messages by reason
-        self._refusals_reported: dict[Topic, int] = {}  # how many of them the last report counted
+        self._refusals_reported: dict[Topic, Counter[str]] = {}  # those of the last report
         self._unmatched: dict[Topic, Callable[[], object]] = {}
         self._best_effort: set[Topic] = set()
         self._matching: Timer | None = None
@@ -203,10 +203,11 @@ class KhrNode(ParameterNode):
         if not self._refused:
             self.by_wall_clock(REPORT_PERIOD, self._report_refused)
         reasons = self._refused.setdefault(topic, Counter())
-        if reason not in reasons and not self.run:  # by hand: a run reports them itself
+        if reason not in reasons and len(reasons) >= MOST_REASONS:
+            reason = 'other reasons'
+        if reason not in reasons and not self.run:  # started by hand: a run reports the refusals
             self.get_logger().warning(f'{topic.name}: refused: {reason}')
-        known = reason in reasons or len(reasons) < MOST_REASONS
-        reasons[reason if known else 'other reasons'] += 1
+        reasons[reason] += 1
 
     def report(self, level: bytes, message: str, values: Mapping[str, str]) -> None:
         """Publish the health of the node on ``diagnostics``, stamped with its newest time."""
@@ -236,7 +237,8 @@ class KhrNode(ParameterNode):
                 self.refuse(topic, str(error))
             except KhrError as error:
                 several = self.publishers_of(topic) > 1
-                self.fail(f'{topic.name}: {error}' + several * f'; from {self.senders(topic)}')
+                senders = f'; from {self.senders(topic)}' if several else ''
+                self.fail(f'{topic.name}: {error}{senders}')
 
         if topic.flow == 'latched':
             return self.subscribe_raw(topic, receive, LATCHED_FROM_ALL)
@@ -257,8 +259,9 @@ class KhrNode(ParameterNode):
             qos: quality of service.
             best_effort_too: whether to subscribe again if all publishers turn out to be best
                 effort, as those of drivers often are; they never match a reliable subscription. A
-                reliable publisher that comes later matches both, so messages without a repeated
-                stamp are then taken from the second one only.
+                reliable publisher that comes later matches both subscriptions. Messages of flow
+                ``period`` are then taken from both, as repeated samples do no harm, and others
+                from the best-effort one alone, which may lose some.
         """
         kind = message_class(topic.kind)
 
@@ -297,14 +300,14 @@ class KhrNode(ParameterNode):
         """Report the refused messages of each topic; an error while more of them arrive."""
         statuses = []
         for topic, reasons in self._refused.items():
-            more = reasons.total() > self._refusals_reported.get(topic, 0)
-            self._refusals_reported[topic] = reasons.total()
+            news = reasons - self._refusals_reported.get(topic, Counter())
+            self._refusals_reported[topic] = Counter(reasons)
             statuses.append(
                 status(
                     f'{self.get_name()}: {topic.name}',
-                    f'refused: {next(reversed(reasons))}; from {self.senders(topic)}',
+                    f'refused: {"; ".join(news or reasons)}; from {self.senders(topic)}',
                     {reason: str(count) for reason, count in reasons.items()},
-                    DiagnosticStatus.ERROR if more else DiagnosticStatus.WARN,
+                    DiagnosticStatus.ERROR if news else DiagnosticStatus.WARN,
                 )
             )
         self._publish_health(statuses)

@@ -131,8 +131,9 @@ def _start_ros(name: str) -> bool:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # such as a parameter file that is missing
-        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
-    return bool(rclpy.ok())
+        print(f'{name}: arguments of ROS: {one_line(str(error))}', file=sys.stderr)
+        return False
+    return True
 
 
 def _join(nodes: Sequence[KhrNode]) -> None:

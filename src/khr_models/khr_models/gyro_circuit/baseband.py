@@ -16,6 +16,8 @@ from khr_common.checks import positive
 from khr_common.errors import KhrError
 from khr_models.gyro_circuit.circuit import KRG4, Circuit
 
+NEAR = 1e-6  # of pole and corner over a period, below which their difference loses its digits
+
 
 class Baseband:
     """Turn the mean rate of each sample period into the rate that the gyro reports."""
@@ -83,6 +85,8 @@ def _carry(
     """
     decay, fade = cmath.exp(pole * period), math.exp(-corner * period)
     gap = pole + corner
-    read = residue * corner * ((decay - fade) / gap if gap else period * decay)
+    near = abs(gap) * period < NEAR
+    shape = period * fade * (1.0 + gap * period / 2.0) if near else (decay - fade) / gap
+    read = residue * corner * shape
     direct = (read - residue * (1.0 - fade)) / pole
     return decay, (decay - 1.0) / pole, read, direct.real

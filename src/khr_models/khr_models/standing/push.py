@@ -36,9 +36,8 @@ from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid
 
 State = tuple[float, ...]
-RUNGE_KUTTA_REACH = (
-    2.6  # |eigenvalue * step| up to which it is stable in the whole left half plane
-)
+# |eigenvalue * step| up to which the integration is stable in the whole left half plane
+RUNGE_KUTTA_REACH = 2.6
 Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
 Direction = Literal['behind', 'front']
 DIRECTIONS: tuple[Direction, ...] = ('behind', 'front')

@@ -94,20 +94,20 @@ def read_push(
 ) -> Push:
     """Convert a message to a push; a push in the past starts now.
 
-    Raises:
-        KhrError: if the push is not accepted, or its timestamp is system time.
-
     Args:
         message: with the force in the frame of the world or of a link, which it then acts on.
         parameters: give the link for a force in the world frame, the point and the duration.
         now_ns: time of the latest sample, ns.
         robot: that is pushed; its name may be before the link.
+
+    Raises:
+        KhrError: if the push is not accepted, or its timestamp is system time.
     """
     p, force = parameters, message.wrench.force
     frame = message.header.frame_id.removeprefix(f'{robot}/') or WORLD
     x, y, z = p.push_point
     stamp_ns = to_nanoseconds(message.header.stamp)
-    if stamp_ns > SYSTEM_TIME > now_ns:
+    if stamp_ns > SYSTEM_TIME:
         raise KhrError.refused('stamp', 'system time', 'simulated time (use_sim_time), or 0')
     push = Push(
         start=max(stamp_ns, now_ns) / 1e9,

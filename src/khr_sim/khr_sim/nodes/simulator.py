@@ -90,10 +90,10 @@ class SimulatorNode(KhrNode):
         return self.parameters.sync == 'lockstep'
 
     def check(self, parameters: RunParameters) -> None:
-        """Refuse a tilt that would end a bout, of which the referee ends the rounds."""
+        """Refuse another tilt that ends a run in a bout: the referee ends its rounds."""
         key = 'stop_when_tilted_deg'
         if len(self._robots) > 1 and getattr(parameters, key) != getattr(self.parameters, key):
-            raise KhrError(f'{key}: cannot change in a bout: the referee ends it')
+            raise KhrError(f'{key}: fixed in a bout; accepted: referee.fall_tilt_deg at its start')
 
     def configure(self, parameters: RunParameters) -> None:
         """Apply changed parameters from the next control period on."""
@@ -323,7 +323,7 @@ class SimulatorNode(KhrNode):
     def _report(self) -> None:
         kept, newest = self._punctuality, self._lockstep.barrier.newest
         gaits = [newest[gait] for gait in self._sources.gaits if gait in newest]
-        age = (self.now_ns - min([gait.stamp_ns for gait in gaits], default=self.now_ns)) / 1e9
+        age = max([(self.now_ns - gait.stamp_ns) / 1e9 for gait in gaits], default=0.0)
         trouble = kept.late or kept.stale or age > self.parameters.command_timeout
         self.report(
             DiagnosticStatus.WARN if trouble else DiagnosticStatus.OK,
@@ -331,7 +331,7 @@ class SimulatorNode(KhrNode):
             {
                 'sync': self.parameters.sync,
                 'waiting_for': ', '.join(self._absent),
-                'reference_age_s': f'{age:.3f}',
+                'reference_age_s': f'{age:.3f}' if gaits else '',
                 'missed_periods': str(kept.late),
                 'stale_corrections': str(kept.stale),
                 **self._latency.figures(),

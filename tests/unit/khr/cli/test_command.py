@@ -209,10 +209,11 @@ def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys):
 def test_a_stated_change_wins_over_the_pace_of_a_view(monkeypatch, capsys, source, start):
     started = []
     monkeypatch.setattr(start, lambda viewed, *_: started.append(viewed) or 0)
-    for words in (), ('--pace', '2'), ('--set', 'simulator.pace=3.0'):
+    stated = ('--set', 'simulator.pace=3.0')
+    for words in (), ('--pace', '2'), stated, (*stated, '--pace', '2'):
         assert khr(monkeypatch, capsys, 'view', source, *words)[0] == 0
     shown = [getattr(each, 'robots', {'red': each})['red'] for each in started]
-    assert [each.of('simulator')['pace'] for each in shown] == [1.0, 2.0, 3.0]
+    assert [each.of('simulator')['pace'] for each in shown] == [1.0, 2.0, 3.0, 2.0]
 
 
 @pytest.mark.parametrize(

@@ -165,7 +165,7 @@ def test_the_planned_pitch_of_the_torso_is_that_against_the_flat_sole():
     for n in range(round(gait.duration / PERIOD)):
         reference.update(gait.reference(n * PERIOD), may_settle=True)
         assert abs(reference.bow) < 1e-6
-        stepped |= reference.steps
+        stepped |= reference.has_stepped
     assert stepped
 
 

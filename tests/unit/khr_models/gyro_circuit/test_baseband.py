@@ -46,6 +46,7 @@ def test_a_node_need_not_load_scipy():
 
 @settings(max_examples=40)
 @example(MATCHED, 0.001, [1.0, 1.0])
+@example(dataclasses.replace(MATCHED, bandwidth=MATCHED.bandwidth * (1.0 + 1e-14)), 0.001, [1.0])
 @given(circuits, st.floats(1e-5, 0.02), st.lists(rates, min_size=1, max_size=8))
 def test_update_is_the_matrix_exponential_of_the_averaged_equations(circuit, period, inputs):
     """The envelope's equations, from m z'' + b z' + k z = F with z = Re(Z exp(j w_d t))."""

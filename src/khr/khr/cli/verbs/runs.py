@@ -153,11 +153,14 @@ def view(
         Path | None, typer.Option(help='Another run to play back for comparison.')
     ] = None,
     pace: Annotated[
-        float, typer.Option(help='Speed: simulated over wall time; 0 is as fast as possible.')
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            help='Speed: simulated over wall time, 1 by default; 0 is as fast as possible.'
+        ),
+    ] = None,
     duration: Annotated[
-        float, typer.Option(help='Simulated seconds; 0 goes on until stopped.')
-    ] = 0.0,
+        float | None, typer.Option(help='Simulated seconds; goes on until stopped by default.')
+    ] = None,
     host: Annotated[
         str,
         typer.Option(
@@ -203,8 +206,8 @@ def view(
             ('--set', bool(set_)),
             ('--robot', bool(robot)),
             ('--engine', engine is not None),
-            ('--duration', duration != 0.0),
-            ('--pace', pace != 1.0),
+            ('--duration', duration is not None),
+            ('--pace', pace is not None),
             ('--no-record', not record),
             ('--out', out is not None),
             ('--domain', domain is not None),
@@ -222,19 +225,23 @@ def view(
     if is_bout(source):
         for option, given, instead in (
             ('--duration', duration, '--set referee.time_limit=SECONDS'),
-            ('--robot', robot, '--set'),
+            ('--robot', robot or None, '--set'),
         ):
-            if given:
+            if given is not None:
                 raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: {instead}')
         bout = load_bout(source)
-        paced = replace(bout.set_to([f'simulator.pace={pace!r}']), title=bout.title)
+        paced = replace(bout.set_to(['simulator.pace=1.0']), title=bout.title).set_to(settings)
+        if pace is not None:
+            paced = replace(paced.set_to([f'simulator.pace={pace!r}']), title=paced.title)
         way = RunOptions(one_process=True, record=record, domain=domain)
-        raise typer.Exit(view_bout(paced.set_to(settings), way, out, page))
-    changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+        raise typer.Exit(view_bout(paced, way, out, page))
+    defaults = {('simulator', 'pace'): 1.0, ('simulator', 'duration'): 0.0}
+    of_options = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+    explicit = {key: value for key, value in of_options.items() if value is not None}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=page)
     chosen = on_robot(scenarios.load_scenario(source, 'run or scenario'), robot)
-    chosen = chosen.changed(changes).set_to(settings)
+    chosen = chosen.changed(defaults).set_to(settings, explicit)
     warn_of_switched_off(chosen, settings)
     raise typer.Exit(view_scenario(chosen, options))
 
