@@ -47,12 +47,14 @@ def page(runs: pd.DataFrame, name: str) -> str:
     parts = ('quiet', 'motions', 'walks')
     quiet, motions, walks = (_alarms(runs[runs['part'] == part]) for part in parts)
     walked = walks_held(runs)
+    own_walks = [row for row in walked if not row['robot']]
     return page_text(
         __name__,
         files=name,
         gain=GAIN,
         default=table(default, COLUMNS),
         missed=bullets(missed),
+        walks_missed=bullets(tuple(_missed(row) for row in own_walks if not row['met'])),
         above=sum(row['held'] > bound[row['case']]['step'] for row in default),
         rows=len(default),
         oblique=table(oblique_pushes(oblique), OBLIQUE),
@@ -65,10 +67,10 @@ def page(runs: pd.DataFrame, name: str) -> str:
         motions=motions,
         walks=walks,
         needless=_needless(runs),
-        walked=table([row for row in walked if not row['robot']], WALKS),
+        walked=table(own_walks, WALKS),
         walked_others=table([row for row in walked if row['robot']], OTHER_WALKS),
         harm=harm(runs),
-        walk_summary=_met([row for row in walked if not row['robot']]),
+        walk_summary=_met(own_walks),
         summary=summary(runs),
     )
 
@@ -175,7 +177,7 @@ def oblique_pushes(runs: pd.DataFrame) -> list[Row]:
 def _missed(row: Row) -> str:
     return (
         f'{row["push"]}, {row["slope"]} deg, {row["engine"]}: {row["times"]:.1f} of '
-        f'{row["goal"]:.1f}, holes: {_holes(row)}'
+        f'{row["goal"]:g}, holes: {_holes(row)}'
     )
 
 

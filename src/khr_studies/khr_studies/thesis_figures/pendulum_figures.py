@@ -185,7 +185,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         axes[index + 2].set(xlabel='time (s)', ylabel='pitch rate (°/s)')
     share_scale(axes[:2])
     share_scale(axes[2:4])
-    axes[1].legend(loc='lower right', ncols=2)
+    legend_above(axes[1], columns=2)
     lifts = group_by_walk(runs['lift_stages'])
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):

@@ -123,12 +123,10 @@ def test_a_lift_that_falls_has_no_force_but_a_cross(table):
 
 def test_the_thesis_s_limits_are_marked_where_published(table):
     rows = table('3.6')
-    marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis')}
-    assert marks == {
-        (row.thesis_deg, round(Pendulum().weight, 6))
-        for row in LIMITS
-        if row.condition in (STAGE_1, STAGE_2, STAGE_3)
-    }
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis, ')}
+    limits = {row.condition: row.thesis_deg for row in LIMITS}
+    lines = {(limits[stage], end) for stage in (STAGE_2, STAGE_3) for end in (0.0, 1.0)}
+    assert marks == {(limits[STAGE_1], round(Pendulum().weight, 6)), *lines}
 
 
 def test_a_raised_gain_is_a_curve_of_its_own_and_the_largest_rate_that_of_the_runs(table):
