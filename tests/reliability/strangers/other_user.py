@@ -108,8 +108,8 @@ def all_topics(node, readable):
         found[name] = sender.get_subscription_count() > 0
 
     def named():
-        words = [status.message for message in told for status in message.status]
-        return any(each.startswith(REFUSED) and 'intruder' in each for each in words)
+        words = [f'{each.name}: {each.message}' for message in told for each in message.status]
+        return any(REFUSED in each and 'intruder' in each for each in words)
 
     return found | {'named': wait(node, named)}
 
