@@ -94,7 +94,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
 
     metadata: dict[str, Any] = {  # noqa: RUF012
         'render_modes': ['rgb_array', 'human'],
-        'render_fps': 1.0 / 0.015,  # one per control period
+        'render_fps': 1.0 / RunParameters.control_period,
     }
     names = tuple(OBSERVED)
 

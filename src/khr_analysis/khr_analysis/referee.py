@@ -14,8 +14,8 @@ from khr_common.interfaces import DECIDED, DECISION, TRUE_POSE
 
 RED, BLUE = ROBOTS = ('red', 'blue')
 DRAW = 'draw'
-# m from the middle of the soles: reach of a standing robot ahead, and to its side with its arms,
-# so that the ellipse of both covers the contacts of two robots at any heading
+# m, semi-axes ahead and aside of the ellipse about the middle of the soles that holds a standing
+# robot with its arms
 AHEAD, ASIDE = 0.08, 0.135
 
 
@@ -86,7 +86,7 @@ class RefereeParameters:
 
 
 def _reach(direction: float, heading_deg: float) -> float:
-    """Return the reach of a robot, an ellipse, in a direction, rad: m."""
+    """Return the reach of the ellipse of a robot in a direction, rad: m."""
     turned = direction - radians(heading_deg)
     return hypot(AHEAD * cos(turned), ASIDE * sin(turned))
 

@@ -17,8 +17,8 @@ SILENCE = 4.0  # s of wall time without a report of a listener that lacks the en
 class Barrier(Generic[Answer]):
     """Buffer the answers to the samples of one run until the simulator takes them.
 
-    The first answer of a source to a sample counts; later ones are ignored. An answer with a
-    timestamp in the future must come from an earlier run and is rejected.
+    The first answer of a source to a sample counts; later ones are ignored. An answer ahead
+    of the newest sample is rejected.
 
     Attributes:
         newest: the last answer of each source, whatever its timestamp.

@@ -86,10 +86,9 @@ class Recovery(Block[RecoveryParameters]):
         forces = [signals[topic][2] for topic in FOOT_FORCES]
         reference = self._follow(posture)
         moving = reference.here is not None
-        rate = signals[GYRO][1]
-        if moving and not self._acts:
-            rate -= reference.bow / own.control_period
-        estimate = self._estimator.update(rate, forces, moving and not self._acts)
+        follows = moving and not self._acts
+        planned = reference.bow / own.control_period if follows else 0.0
+        estimate = self._estimator.update(signals[GYRO][1] - planned, forces, follows)
         others = _sum(posture, signals)
         if own.enabled and not self._acts:
             if not moving:

@@ -119,7 +119,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
 
 
 def _follow_parent(spinner: SpinUntilIdle, keeps: bool) -> None:
-    """End with the parent process; nodes that keep something are told, and close first."""
+    """End with the parent process; nodes that keep an output are notified and close first."""
     if keeps:
         report_parents_end(spinner.abandon)
     else:

@@ -230,9 +230,9 @@ def view(
             if given is not None:
                 raise KhrError(f'{option}: {given} is not accepted of a bout; accepted: {instead}')
         bout = load_bout(source)
-        paced = replace(bout.set_to(['simulator.pace=1.0']), title=bout.title).set_to(settings)
-        if pace is not None:
-            paced = replace(paced.set_to([f'simulator.pace={pace!r}']), title=paced.title)
+        last = [] if pace is None else [f'simulator.pace={pace!r}']
+        paced = bout.set_to(['simulator.pace=1.0', *settings, *last])
+        paced = replace(paced, title=bout.set_to(settings).title)
         way = RunOptions(one_process=True, record=record, domain=domain)
         raise typer.Exit(view_bout(paced, way, out, page))
     defaults = {('simulator', 'pace'): 1.0, ('simulator', 'duration'): 0.0}
